@@ -420,21 +420,23 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 /* Tangents: derivatives of the state. Computing them does not change the bits of the state.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
  * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
- * the derivatives with respect to the same 6 numbers at the start. Moments and com are along the
- * principal axes. The derivative with respect to a parameter is taken at fixed initial momentum. */
+ * the derivatives with respect to the same 6 numbers at the start. Moments, com and damping are
+ * along the principal axes. The derivative with respect to a parameter is taken at fixed initial
+ * momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
     X(MOMENTS,  2, 3, "moments")                                                                  \
     X(COM,      4, 3, "com")                                                                      \
     X(GRAVITY,  8, 1, "gravity")                                                                  \
-    X(MASS,    16, 1, "mass")
+    X(MASS,    16, 1, "mass")                                                                     \
+    X(DAMPING, 32, 3, "damping")
 enum {
 #define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(KR_X_)
 #undef KR_X_
-    KR_TANGENT_COLUMNS_MAX = 14,   /* columns */
-    KR_TANGENT_GROWTH = 32 /* workers only: the growth of one tangent for each top */
+    KR_TANGENT_COLUMNS_MAX = 17,   /* columns */
+    KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
 /* Returns the number of columns of the tangents selected by these flags. */
@@ -447,6 +449,13 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * the last term of a tangent's series to the size of the tangent. The steps are chosen without
  * regard to the tangents. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
+/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
+ * tangents [n][6][columns] by the same parameters. Those of q are a rotation vector, of 3 numbers.
+ * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com
+ * at com = 0, and of K and G by numbers whose change makes them NaN. */
+KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                                 const kr_state states[], uint64_t by, const double tangents[],
+                                 double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
@@ -613,6 +622,9 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
+    X(REST,        "the top is in equilibrium, or nearly")                                        \
+    X(ROTATION,    "the top rotates uniformly about the vertical")                                \
+    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a period of its curve does not converge")                                     \
@@ -650,6 +662,9 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
+/* Returns the state at two angles of the torus [turns], which grow in time at the rates `first` and
+ * `second`. The time and the heading are those of the start. */
+KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
@@ -659,7 +674,9 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
-    X(ZERO,        "the integral G is near zero: the motion is elliptic, planar or at rest")      \
+    X(REST,        "the top is in equilibrium, or nearly")                                        \
+    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
+    X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
@@ -678,7 +695,8 @@ KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the matrix of
  * the attitude is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession is
  * zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
- * includes <m, e3> / |m|, which may differ from 0 by a rounding error. */
+ * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the
+ * angles are in resonance, the error grows by a rounding error for each radian of the heading. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     int refusal; /* a kr_chaplygin_refusal */
@@ -692,6 +710,9 @@ KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
+/* Returns the state at two angles, like kr_kowalewski_state_at, but with an arbitrary heading. */
+KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
+                                                double second);
 /* Writes n states. They are bitwise equal to those of kr_goryachev_chaplygin_state, but faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);

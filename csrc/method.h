@@ -57,16 +57,16 @@ typedef struct kr_step_polynomial {
 
 /* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
  * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
- * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) with respect to this
- * parameter. Deviations do not change the motion, with one exception: strongly damped motions with
- * deviations take short steps only. */
+ * derivatives of the lever, the moments and the damping with respect to this parameter. The last
+ * two are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with
+ * one exception: strongly damped motions with deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever;
-    double moments[6];
+    double moments[6], damping[6];
 } kr_seed;
 /* Functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {
@@ -116,6 +116,9 @@ struct kr_method {
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes q and m at the time `clock` inside the last step. NULL: the method is not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
+    /* Writes q and m at n times, which need not lie inside the last step. The states are bitwise
+     * equal to those of `at`, but take less time. NULL: not available. */
+    void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the last step as a polynomial. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
     /* Propagation of deviations, for KR_METHOD_TANGENTS. NULL: left out of this build. */

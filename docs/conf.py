@@ -20,6 +20,7 @@ version = release = kr.__version__
 
 extensions = [
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "myst_parser",
     "sphinx_gallery.gen_gallery",
     "making",
@@ -44,6 +45,7 @@ html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
 
 autodoc_typehints = "none"  # docstrings tell what is taken, with shape and unit
+autosummary_generate = False  # the pages in api/ describe all names
 autodoc_member_order = "bysource"
 autodoc_default_options = {
     "members": True,
@@ -64,7 +66,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "subsection_order": [
-        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "practice")
+        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "fits", "practice")
     ],
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build

@@ -1,6 +1,7 @@
-// Ensembles in which each top is a separate run. They offer events between the times, and digits
-// beyond doubles, which no worker of the core supports.
+// Ensembles in which each top is a separate run. They offer events between the times, tangents, and
+// digits beyond doubles, which no worker of the core supports.
 #include "results.hpp"
+#include "tangents.hpp"
 
 class single_file
 {
@@ -12,10 +13,25 @@ class single_file
     std::vector<kr_state> states, rest, last, last_low;
     std::vector<int64_t> met_by, last_of;
 
+    // Records the states at the given times with their tangents.
+    kr_status record_tangents(kr_top *top, size_t row, size_t n, const double *t, const results &to,
+                              size_t *done)
+    {
+        const size_t wide = 6 * kr_tangent_columns(config.tangents), first = row * n * wide;
+        double *high = to.tangents + first,
+               *low = to.tangents_low ? to.tangents_low + first : nullptr;
+        const kr_status status =
+            follow_tangents(top, n, t, {wide, states.data(), rest.data(), high, low}, *done,
+                            [&] { return patience::poll(&waiting); });
+        to.truncation[row] = kr_top_tangent_truncation(top);
+        return status;
+    }
     // Records the states at the given times and the events between them. Writes the number of
     // states to `done`.
-    kr_status record(kr_top *top, size_t n, const double *t, size_t *done)
+    kr_status record(kr_top *top, size_t row, size_t n, const double *t, const results &to,
+                     size_t *done)
     {
+        if (config.tangents) return record_tangents(top, row, n, t, to, done);
         if (wanted.events.empty())
             return kr_top_record_low(top, n, t, states.data(), rest.data(), done);
         looked_for mine = wanted;
@@ -41,12 +57,13 @@ class single_file
         outcome.status = kr_top_create(&scene, method, mine, &made);
         top.reset(made);
         if (outcome.status == KR_OK) {
-            outcome.status = record(made, n, t, &outcome.done);
+            outcome.status = record(made, row, n, t, to, &outcome.done);
             outcome.last = kr_top_state(made);
             outcome.stats = kr_top_stats(made);
             low = kr_top_low(made);
         }
         to.take(row, outcome);
+        to.clear_tangents(row, n, outcome.done, 6 * kr_tangent_columns(config.tangents));
         if (outcome.done < n) {
             last.push_back(outcome.last);
             last_low.push_back(low);
@@ -66,10 +83,11 @@ class single_file
 
   public:
     single_file(const std::string &name, double step, double tol, int digits, int64_t max_steps,
-                bool leave_heading, const py::list &events, std::shared_ptr<work> with)
+                bool leave_heading, const py::list &events, uint64_t tangents,
+                std::shared_ptr<work> with)
         : method(method_of(name))
     {
-        config = {step, tol, max_steps, patience::poll, &waiting, digits, leave_heading, 0};
+        config = {step, tol, max_steps, patience::poll, &waiting, digits, leave_heading, tangents};
         waiting.shared = std::move(with);
         wanted.take(events);
     }
@@ -111,14 +129,22 @@ static py::tuple alone(const std::string &method, double step, double tol, int d
                        const std::shared_ptr<work> &with, const tops &all, size_t begin, size_t end,
                        const doubles &t, const py::object &status, const py::object &done,
                        const py::object &counts, const py::object &reached,
-                       const py::object &states, const py::object &low, const py::dict &columns)
+                       const py::object &states, const py::object &low, const py::dict &columns,
+                       uint64_t by, const py::object &tangents, const py::object &tangents_low,
+                       const py::object &truncation)
 {
     check_range(all, begin, end, t);
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
     results to =
         results_of(n, times, status, done, counts, reached, states, py::none(), 0, columns);
     if (!low.is_none()) to.low = reinterpret_cast<kr_state *>(in_place<double>(low, 8 * n * times));
-    single_file file(method, step, tol, digits, max_steps, leave_heading, events, with);
+    if (by) {
+        const size_t count = n * times * 6 * kr_tangent_columns(by);
+        to.tangents = in_place<double>(tangents, count);
+        if (!tangents_low.is_none()) to.tangents_low = in_place<double>(tangents_low, count);
+        to.truncation = in_place<double>(truncation, n);
+    }
+    single_file file(method, step, tol, digits, max_steps, leave_heading, events, by, with);
     return file.run(all, begin, end, t, to);
 }
 
@@ -127,5 +153,6 @@ void bind_alone(py::module_ &m)
 {
     m.def("alone", alone, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a, "events"_a, "work"_a, "tops"_a, "begin"_a, "end"_a, "t"_a, "status"_a,
-          "done"_a, "counts"_a, "reached"_a, "states"_a, "low"_a, "columns"_a);
+          "done"_a, "counts"_a, "reached"_a, "states"_a, "low"_a, "columns"_a, "by"_a = 0,
+          "tangents"_a = py::none(), "tangents_low"_a = py::none(), "truncation"_a = py::none());
 }

@@ -47,6 +47,25 @@ static doubles values(const std::string &name, const kr_scene &scene, const doub
         kr_quantity_values(quantity, &scene, n, in, out);
     });
 }
+// Returns the derivatives of a quantity at n states, from the tangents (n, 6, columns) there by the
+// parameters `by`: an array (n, ..., columns). Those of q are rotation vectors.
+static doubles derivatives(const std::string &name, const kr_scene &scene, const doubles &states,
+                           uint64_t by, const doubles &tangents)
+{
+    const kr_quantity *quantity = kr_quantity_find(name.c_str());
+    if (!quantity) throw py::key_error(name);
+    const size_t columns = kr_tangent_columns(by);
+    auto shape = name == "q" ? std::vector<py::ssize_t>{3} : shape_of(quantity);
+    if (size_t(tangents.size()) != size_t(rows(states, 8)) * 6 * columns)
+        throw py::value_error("an array has the wrong shape");
+    shape.push_back(py::ssize_t(columns));
+    const double *from = tangents.data();
+    const kr_state *first = states_of(states);
+    return each(states, shape, [&](size_t n, const kr_state *in, double *out) {
+        kr_quantity_tangents(quantity, &scene, n, in, by, from + size_t(in - first) * 6 * columns,
+                             out);
+    });
+}
 template <double function(const kr_scene *, const kr_state *, double)>
 static doubles at_step(const kr_scene &scene, const doubles &states, double step)
 {
@@ -185,6 +204,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
           "rotor"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("values", values, "name"_a, "scene"_a, "states"_a);
+    m.def("derivatives", derivatives, "name"_a, "scene"_a, "states"_a, "by"_a, "tangents"_a);
     m.def("modified_energy", at_step<kr_state_modified_energy>, "scene"_a, "states"_a, "step"_a);
     m.def("modified_energy4", at_step<kr_state_modified_energy4>, "scene"_a, "states"_a, "step"_a);
     m.def("attitude_error", attitude_error, "a"_a, "b"_a);

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <memory>
 #include <vector>
+#include "results.hpp"
 #include "times.hpp"
-#include "tops.hpp"
 
 // Returns the members of a kr_exact or a kr_exact_map.
 template <class Plan> static py::tuple planned(kr_status status, const Plan &plan)
@@ -35,113 +35,182 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// The plan of a top whose motion is on a torus, in memory that Python cannot write. Only the
-// pointer to the plan's own kind is set.
-struct torus_memory {
+// The numbers at the head of a plan of a top whose motion is on a torus, and the text of its
+// refusal.
+struct torus_head {
+    double first, second, precession, certificate, mismatch;
+    const char *refusal;
+};
+// Such a plan, in memory that Python cannot write. Only the pointer to the plan's own kind is set.
+class torus_memory
+{
     std::unique_ptr<double[]> doubles;
+    size_t size = 0;
     const kr_kowalewski *kowalewski = nullptr;
     const kr_goryachev_chaplygin *chaplygin = nullptr;
 
-    void allocate(size_t bytes) { doubles.reset(new double[bytes / sizeof(double) + 1]); }
+    void *allocate(size_t bytes)
+    {
+        if (bytes > size) doubles.reset(new double[bytes / sizeof(double) + 1]);
+        size = std::max(size, bytes);
+        return doubles.get();
+    }
+
+  public:
+    // Computes the plan of a Goryachev-Chaplygin top or, for all other bodies, of a Kowalewski top.
+    kr_status plan(const kr_scene &scene, double bound, torus_head &out)
+    {
+        kowalewski = nullptr;
+        chaplygin = nullptr;
+        if (kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_GORYACHEV_CHAPLYGIN) {
+            void *memory = allocate(kr_goryachev_chaplygin_size());
+            const kr_status status = kr_goryachev_chaplygin_plan(&scene, bound, memory, &chaplygin);
+            kr_goryachev_chaplygin head;
+            std::memcpy(&head, memory, sizeof head);
+            out = {head.first,    head.second,
+                   0.0,           head.certificate,
+                   head.mismatch, kr_goryachev_chaplygin_refusal_text(head.refusal)};
+            return status;
+        }
+        void *memory = allocate(kr_kowalewski_size());
+        const kr_status status = kr_kowalewski_plan(&scene, bound, memory, &kowalewski);
+        kr_kowalewski head;
+        std::memcpy(&head, memory, sizeof head);
+        out = {head.first,       head.second,   2.0 * head.heading,
+               head.certificate, head.mismatch, kr_kowalewski_refusal_text(head.refusal)};
+        return status;
+    }
+    bool is_planned() const { return kowalewski || chaplygin; }
+    void states(size_t n, const double *t, kr_state *out) const
+    {
+        if (kowalewski)
+            kr_kowalewski_states(kowalewski, n, t, out);
+        else
+            kr_goryachev_chaplygin_states(chaplygin, n, t, out);
+    }
+    kr_state state_at(const double turns[2]) const
+    {
+        return kowalewski ? kr_kowalewski_state_at(kowalewski, turns[0], turns[1])
+                          : kr_goryachev_chaplygin_state_at(chaplygin, turns[0], turns[1]);
+    }
 };
-// Returns the plan of a Kowalewski top, and the numbers at the head of the plan.
-static py::tuple plan_kowalewski(const kr_scene &scene, double bound)
-{
-    auto memory = std::make_unique<torus_memory>();
-    memory->allocate(kr_kowalewski_size());
-    const kr_status status =
-        kr_kowalewski_plan(&scene, bound, memory->doubles.get(), &memory->kowalewski);
-    kr_kowalewski head;
-    std::memcpy(&head, memory->doubles.get(), sizeof head);
-    return py::make_tuple(name_of(status), kr_kowalewski_refusal_text(head.refusal),
-                          py::make_tuple(head.first, head.second, 2.0 * head.heading),
-                          head.certificate, head.mismatch, std::move(memory));
-}
-// Returns the same for a Goryachev-Chaplygin top.
-static py::tuple plan_chaplygin(const kr_scene &scene, double bound)
-{
-    auto memory = std::make_unique<torus_memory>();
-    memory->allocate(kr_goryachev_chaplygin_size());
-    const kr_status status =
-        kr_goryachev_chaplygin_plan(&scene, bound, memory->doubles.get(), &memory->chaplygin);
-    kr_goryachev_chaplygin head;
-    std::memcpy(&head, memory->doubles.get(), sizeof head);
-    return py::make_tuple(name_of(status), kr_goryachev_chaplygin_refusal_text(head.refusal),
-                          py::make_tuple(head.first, head.second, 0.0), head.certificate,
-                          head.mismatch, std::move(memory));
-}
-// Returns the plan of a Goryachev-Chaplygin top or, for all other bodies, of a Kowalewski top, and
-// the numbers at its head.
 static py::tuple torus_plan(const kr_scene &scene, double bound)
 {
-    return kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_GORYACHEV_CHAPLYGIN
-               ? plan_chaplygin(scene, bound)
-               : plan_kowalewski(scene, bound);
+    auto memory = std::make_unique<torus_memory>();
+    torus_head head;
+    const kr_status status = memory->plan(scene, bound, head);
+    return py::make_tuple(name_of(status), head.refusal,
+                          py::make_tuple(head.first, head.second, head.precession),
+                          head.certificate, head.mismatch, std::move(memory));
 }
 // Returns the states of a plan at the times t, or None in the same cases as exact_states.
 static py::object torus_states(const torus_memory &plan, const py::object &t, double most)
 {
-    if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
+    if (!plan.is_planned()) throw py::value_error("there is no plan");
     given_times times;
     if (!times.take(t) || !times.are_below(most)) return py::none();
     const py::ssize_t n = py::ssize_t(times.size());
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-        const size_t count = size_t(end - i);
-        if (plan.kowalewski)
-            kr_kowalewski_states(plan.kowalewski, count, times.data() + i, states + i);
-        else
-            kr_goryachev_chaplygin_states(plan.chaplygin, count, times.data() + i, states + i);
+        plan.states(size_t(end - i), times.data() + i, states + i);
     });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end until one is refused. Returns the index of the
-// refused top, or `end`, and the status.
-template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
+// Returns the states of a plan at the two angles in each row of `turns`.
+static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
+{
+    if (!plan.is_planned()) throw py::value_error("there is no plan");
+    if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
+    const py::ssize_t n = turns.shape(0);
+    doubles out({n, py::ssize_t(8)});
+    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    const double *angles = turns.data();
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) states[i] = plan.state_at(angles + 2 * i);
+    });
+    return out;
+}
+// Calls use(i, scene) for the tops begin to end, until one is refused or the work is stopped.
+// Returns the index of this top, or `end`, and the status.
+template <class Use>
+static py::tuple each_of(const tops &all, size_t begin, size_t end, std::shared_ptr<work> with,
+                         Use use)
 {
     kr_status status = KR_OK;
     size_t i = begin;
+    patience waiting;
+    waiting.shared = std::move(with);
+    waiting.begin();
     {
         py::gil_scoped_release nogil;
         kr_scene scene;
-        for (; i < end && status == KR_OK; i += status == KR_OK) {
+        while (i < end && status == KR_OK && !patience::poll(&waiting)) {
             all.fill(i, i + 1, &scene);
             status = use(i - begin, scene);
+            i += status == KR_OK;
         }
     }
+    waiting.end();
     return py::make_tuple(name_of(status), i);
 }
-// Writes period, precession and spin, one row for each top.
-static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out)
+// Writes period, precession and spin, one row for each top; NaN if its motion is on a torus.
+static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out,
+                             const std::shared_ptr<work> &with)
 {
     double *to = in_place<double>(out, 3 * (end - begin));
-    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+    return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
         kr_exact plan = {};
-        const kr_status status = kr_exact_plan(&scene, &plan);
+        plan.period = plan.precession = plan.spin = NAN;
+        const kr_status status = has_torus(scene) ? KR_OK : kr_exact_plan(&scene, &plan);
         const double rates[] = {plan.period, plan.precession, plan.spin};
         std::copy(std::begin(rates), std::end(rates), to + 3 * i);
+        return status;
+    });
+}
+// Writes the three frequencies, the certificate and the mismatch of each top whose motion is on a
+// torus, and NaN for all other tops.
+static py::tuple torus_heads(const tops &all, size_t begin, size_t end, const py::object &out,
+                             const std::shared_ptr<work> &with)
+{
+    double *to = in_place<double>(out, 5 * (end - begin));
+    torus_memory memory;
+    return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
+        torus_head head = {NAN, NAN, NAN, NAN, NAN, ""};
+        const kr_status status = has_torus(scene) ? memory.plan(scene, 0.0, head) : KR_OK;
+        const double numbers[] = {head.first, head.second, head.precession, head.certificate,
+                                  head.mismatch};
+        std::copy(std::begin(numbers), std::end(numbers), to + 5 * i);
         return status;
     });
 }
 // Writes states of the shape (tops, times, 8), at times that are common to all tops or given for
 // each.
 static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
-                                      const py::object &out, const doubles &t)
+                                      const py::object &out, const doubles &t,
+                                      const std::shared_ptr<work> &with)
 {
     const size_t times = size_t(t.shape(t.ndim() - 1)), own = t.ndim() == 2 ? times : 0;
     if (own && size_t(t.shape(0)) != end - begin) throw py::value_error("there are other times");
     auto *to = reinterpret_cast<kr_state *>(in_place<double>(out, 8 * times * (end - begin)));
     const double *from = t.data();
-    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
-        kr_exact plan;
-        const kr_status status = kr_exact_plan(&scene, &plan);
+    torus_memory memory;
+    return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
         const double *at = from + i * own;
-        if (status == KR_OK && times == 1)
-            to[i] = kr_exact_state(&plan, *at);
-        else if (status == KR_OK)
-            kr_exact_states(&plan, times, at, to + i * times);
-        return status;
+        kr_state *states = to + i * times;
+        torus_head head;
+        kr_exact plan;
+        const bool on_torus = has_torus(scene);
+        const kr_status status =
+            on_torus ? memory.plan(scene, 0.0, head) : kr_exact_plan(&scene, &plan);
+        if (status != KR_OK) return status;
+        if (on_torus)
+            memory.states(times, at, states);
+        else if (times == 1)
+            *states = kr_exact_state(&plan, *at);
+        else
+            kr_exact_states(&plan, times, at, states);
+        return KR_OK;
     });
 }
 
@@ -175,11 +244,11 @@ static py::tuple exact_turning(const kr_scene &scene)
 // Writes the rows of the tops begin to end. Returns the index of the first top without turning
 // points, or `end`, and the status.
 static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
-                                const py::object &numbers)
+                                const py::object &numbers, const std::shared_ptr<work> &with)
 {
     double *row = in_place<double>(rows, 10 * (end - begin));
     int8_t *course = in_place<int8_t>(numbers, end - begin);
-    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+    return each_of(all, begin, end, with, [&](size_t i, const kr_scene &scene) {
         return read_turning(scene, row + 10 * i, course + i);
     });
 }
@@ -223,14 +292,17 @@ void bind_exact(py::module_ &m)
     py::class_<torus_memory>(m, "TorusPlan");
     m.def("torus_plan", torus_plan, "scene"_a, "bound"_a);
     m.def("torus_states", torus_states, "plan"_a, "t"_a, "most"_a);
+    m.def("torus_states_at", torus_states_at, "plan"_a, "turns"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;
-    m.def("exact_rates", exact_rates, "tops"_a, "begin"_a, "end"_a, "out"_a);
+    m.def("exact_rates", exact_rates, "tops"_a, "begin"_a, "end"_a, "out"_a, "work"_a);
+    m.def("torus_heads", torus_heads, "tops"_a, "begin"_a, "end"_a, "out"_a, "work"_a);
     m.def("exact_states_of_tops", exact_states_of_tops, "tops"_a, "begin"_a, "end"_a, "out"_a,
-          "t"_a);
+          "t"_a, "work"_a);
     m.def("exact_turning", exact_turning, "scene"_a);
-    m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a);
+    m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a,
+          "work"_a);
     m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);
     m.def("exact_map_plan", exact_map_plan, "scene"_a, "step"_a);
     m.def("exact_map_states", exact_map_states, "plan"_a, "k"_a);

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <limits>
 #include "events.hpp"
+#include "tangents.hpp"
 #include "times.hpp"
 #include "watch.hpp"
 
@@ -108,30 +109,23 @@ class run
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
     // Records states with their tangents, the low words, and the largest last term of the series:
-    // (states, tangents, low words, rest).
+    // (states, tangents, low words, rest). Up to 16 digits the low words of tangents are zero.
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
         const py::ssize_t n = t.size(), wide = 6 * columns;
-        doubles out({n, py::ssize_t(8)}), low({n, py::ssize_t(8)}), carried({n, wide}),
-            rest({n, wide});
+        doubles out({n, py::ssize_t(8)}), carried({n, wide}), rest = zeros(n, wide), low;
+        if (low_too) low = doubles({n, py::ssize_t(8)});
         auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-        auto *lows = reinterpret_cast<kr_state *>(low.mutable_data());
+        auto *lows = low_too ? reinterpret_cast<kr_state *>(low.mutable_data()) : nullptr;
         const double *times = t.data();
-        double *high = carried.mutable_data(), *under = rest.mutable_data();
+        double *high = carried.mutable_data(), *under = low_too ? rest.mutable_data() : nullptr;
         size_t done = 0;
         watching.end = n ? times[n - 1] : 0.0;
         const kr_status status = go(progress, [&] {
-            kr_status came = KR_OK;
-            for (; done < size_t(n) && came == KR_OK; done += came == KR_OK) {
-                came = kr_top_record_low(top.get(), 1, times + done, states + done, lows + done,
-                                         nullptr);
-                if (came == KR_OK)
-                    came = kr_top_tangents(top.get(), high + done * size_t(wide),
-                                           under + done * size_t(wide));
-                if (came == KR_OK && watch::poll(&watching)) came = KR_ERR_INTERRUPTED;
-            }
-            return came;
+            return follow_tangents(top.get(), size_t(n), times,
+                                   {size_t(wide), states, lows, high, under}, done,
+                                   [&] { return watch::poll(&watching); });
         });
         const auto rows = py::make_tuple(name_of(status), reached(out, done),
                                          low_too ? py::object(reached(low, done)) : py::none(),

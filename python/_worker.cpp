@@ -289,9 +289,46 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
         }
     });
 }
+// Writes the derivatives of a quantity at the states of all tops, given the tangents there. The
+// other arguments are those of values_of_tops.
+static void derivatives_of_tops(const std::string &name, const tops &all, const doubles &states,
+                                const py::array_t<int64_t, py::array::c_style> &done, uint64_t by,
+                                const doubles &tangents, const py::object &out)
+{
+    const kr_quantity *quantity = quantity_of(name);
+    const size_t n = all.size(), times = n > 0 ? size_t(states.size()) / (8 * n) : 0,
+                 columns = kr_tangent_columns(by), wide = 6 * columns,
+                 width = columns * (name == "q" ? 3 : kr_quantity_doubles(quantity));
+    if (size_t(states.size()) != 8 * n * times || size_t(done.size()) != n ||
+        size_t(tangents.size()) != n * times * wide)
+        throw py::value_error("an array has the wrong shape");
+    double *to = in_place<double>(out, n * times * width);
+    const auto *from = reinterpret_cast<const kr_state *>(states.data());
+    const double *moved = tangents.data();
+    const int64_t *good = done.data();
+    in_pieces(py::ssize_t(n), [&](py::ssize_t begin, py::ssize_t end) {
+        for (size_t i = size_t(begin); i < size_t(end); i++) {
+            const size_t first = i * times, count = size_t(good[i]);
+            kr_scene scene;
+            all.fill(i, i + 1, &scene);
+            kr_quantity_tangents(quantity, &scene, count, from + first, by, moved + first * wide,
+                                 to + first * width);
+            std::fill(to + (first + count) * width, to + (first + times) * width, NAN);
+        }
+    });
+}
+// Returns true if the method supports a scene with this body, gravity and damping.
+// Without gravity, the answer does not depend on the start.
+static bool suits_some_start(const kr_method *method, const kr_scene &scene)
+{
+    if (scene.gravity == 0.0 || !(kr_method_flags(method) & KR_METHOD_INTEGRABLE))
+        return kr_method_suits(method, &scene);
+    const kr_vec3 d = scene.damping;
+    return d.x == 0.0 && d.y == 0.0 && d.z == 0.0 && kr_method_applies(method, &scene.body);
+}
 // Returns the index of the first top that the method does not support, and the number of such tops.
-// A top that differs from the one before only in its start is not checked again. The method exact,
-// which depends on the start, reports such tops when it runs.
+// Starts are not checked. The method exact, which depends on the start, reports the starts without
+// a closed form when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
     const bool chosen = name == "auto";
@@ -311,10 +348,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             kr_scene scene;
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
-            const kr_kind kind = kr_body_kind(&scene.body, KR_KIND_RTOL);
-            const bool left = chosen && scene.gravity != 0.0 &&
-                              (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN);
-            if (kr_method_suits(method, &scene) && !left) {
+            if (suits_some_start(method, scene) && !(chosen && has_torus(scene))) {
                 suited = scene;
                 found = true;
             } else if (count++ == 0)
@@ -387,6 +421,8 @@ void bind_worker(py::module_ &m)
     m.def("growth", growth, "tops"_a, "begin"_a, "end"_a, "t"_a, "tol"_a, "max_steps"_a,
           "direction"_a, "status"_a, "out"_a, "work"_a = nullptr);
     m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
+    m.def("derivatives_of_tops", derivatives_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a,
+          "by"_a, "tangents"_a, "out"_a);
     m.def("horizons", horizons, "tops"_a, "out"_a);
     m.def("unsuited", unsuited, "tops"_a, "method"_a);
 }

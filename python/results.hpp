@@ -66,6 +66,7 @@ struct results {
     int64_t *done, *counts;
     double *reached, *reduced;
     kr_state *states, *low;
+    double *tangents, *tangents_low, *truncation; // of tops that are computed one by one
     std::vector<column> columns;
 
     void take(size_t row, const kr_outcome &outcome) const
@@ -76,6 +77,13 @@ struct results {
         done[row] = int64_t(outcome.done);
         reached[row] = outcome.last.t;
         std::copy(std::begin(counted), std::end(counted), counts + 4 * row);
+    }
+    // Sets the tangents of the states from `good` to n to NaN, `wide` numbers for each state.
+    void clear_tangents(size_t row, size_t n, size_t good, size_t wide) const
+    {
+        const size_t first = (row * n + good) * wide, count = (n - good) * wide;
+        if (tangents) std::fill_n(tangents + first, count, NAN);
+        if (tangents_low) std::fill_n(tangents_low + first, count, NAN);
     }
     // Writes the requested results of n states, of which `good` are good. `rest` holds their low
     // words, or is NULL.

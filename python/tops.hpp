@@ -84,6 +84,14 @@ template <size_t N> class columns
     }
 };
 
+// Returns true if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
+inline bool has_torus(const kr_scene &scene)
+{
+    const kr_kind kind = kr_body_kind(&scene.body, KR_KIND_RTOL);
+    return scene.gravity != 0.0 &&
+           (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN);
+}
+
 // Scenes, with the fields of a kr_scene in its order.
 class tops
 {

@@ -33,30 +33,41 @@ typedef struct {
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
+/* Returns a new seed, of a parameter that changes nothing. */
+static kr_seed *add_seed(seed_list *to)
+{
+    const kr_seed zero = {{zero_vector, zero_vector}, zero_vector, {0.0}, {0.0}};
+    *to->next = zero;
+    return to->next++;
+}
 /* Writes the six seeds of the initial attitude and momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
     for (int i = 0; i < 6; i++) {
-        const kr_seed zero = {{zero_vector, zero_vector}, zero_vector, {0.0}};
-        kr_seed *seed = to->next++;
-        *seed = zero;
+        kr_seed *seed = add_seed(to);
         if (i < 3)
             seed->at_start.turn = qdd_turn(back, unit_vector_dd(i));
         else
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
+/* Writes the matrix that projects onto principal axis i, in working axes. */
+static void project_on_axis(const seed_list *to, int i, double matrix[6])
+{
+    const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
+    const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
+    memcpy(matrix, elements, sizeof elements);
+}
 /* Writes the three seeds of the principal moments. */
 static void seed_moments(seed_list *to)
 {
-    for (int i = 0; i < 3; i++) {
-        const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
-        const kr_seed seed = {{zero_vector, zero_vector},
-                              zero_vector,
-                              {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y}};
-        *to->next++ = seed;
-    }
+    for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);
+}
+/* Writes the three seeds of the damping. */
+static void seed_damping(seed_list *to)
+{
+    for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
 /* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
  * by this parameter is weight * com. */
@@ -64,8 +75,7 @@ static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
-    const kr_seed seed = {{zero_vector, zero_vector}, vdd_scale(own, v_dd(a, none)), {0.0}};
-    *to->next++ = seed;
+    add_seed(to)->lever = vdd_scale(own, v_dd(a, none));
 }
 /* Writes the seeds of all columns that the config of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
@@ -83,6 +93,7 @@ static void seed_tangents(seed_list *to, const kr_top *top)
         seed_lever(to, two_product(body->mass, g), v3(i == 0, i == 1, i == 2));
     if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(body->mass), body->com);
     if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), body->com);
+    if (by & KR_TANGENT_DAMPING) seed_damping(to);
 }
 void kr_tangents_start(kr_top *top)
 {
@@ -102,28 +113,37 @@ kr_status kr_tangents_advance(kr_top *top)
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
+    const size_t begin = kr_tangent_columns(by & KR_TANGENT_START),
+                 end = kr_tangent_columns(by & (2 * KR_TANGENT_MASS - 1));
     const double moment = top->momentum_unit * top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
-    if (by & KR_TANGENT_START)
-        for (int i = 3; i < 6; i++) unit[i] = top->momentum_unit;
-    if (by & KR_TANGENT_MOMENTS)
-        for (int i = 0, first = by & KR_TANGENT_START ? 6 : 0; i < 3; i++) unit[first + i] = moment;
+    for (size_t i = 0; i < 3; i++) {
+        if (by & KR_TANGENT_START) unit[3 + i] = top->momentum_unit;
+        if (by & KR_TANGENT_MOMENTS) unit[begin + i] = moment;
+        if (by & KR_TANGENT_DAMPING) unit[end + i] = top->momentum_unit;
+    }
 }
-/* Writes the product factor * value as a double, and the remainder to `low`. */
-static void put_axis(double *out, double *low, dd value, double factor)
+/* Returns a rotation vector in the frame of description, given in working axes. Up to 16 digits the
+ * rotation is in doubles. `axes` is kr_extended_axes. */
+static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
-    const dd v = dd_scale(factor, value);
-    *out = v.hi;
-    *low = v.lo;
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    if (!top->is_turned) return turn;
+    return top->main.digits > 16 ? qdd_turn(axes, turn)
+                                 : v_dd(q_turn(top->axes, vdd_high(turn)), none);
 }
 /* Writes one column of the tangents in the user's frame and units. */
-static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
-                       double *out, double *low)
+static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
+                       size_t n, double *out, double *low)
 {
-    const vec_dd turn = top->is_turned ? qdd_turn(kr_extended_axes(top), from->turn) : from->turn;
+    const vec_dd turn = turn_to_user(top, axes, from->turn);
     const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
-    for (size_t i = 0; i < 6; i++)
-        put_axis(out + i * n, low + i * n, axis[i], (i < 3 ? 1.0 : top->momentum_unit) / unit);
+    const double factors[2] = {1.0 / unit, top->momentum_unit / unit};
+    for (size_t i = 0; i < 6; i++) {
+        const dd v = dd_scale(factors[i / 3], axis[i]);
+        out[i * n] = v.hi;
+        low[i * n] = v.lo;
+    }
 }
 kr_status kr_top_tangents(kr_top *top, double out[], double low[])
 {
@@ -132,9 +152,10 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     double unit[KR_TANGENT_COLUMNS_MAX], high[6 * KR_TANGENT_COLUMNS_MAX],
         rest[6 * KR_TANGENT_COLUMNS_MAX];
     if (n == 0 || !out) return KR_ERR_ARGUMENT;
+    const quat_dd axes = kr_extended_axes(top);
     kr_tangents_evaluate(top, came);
     put_units(top, unit);
-    for (size_t i = 0; i < n; i++) put_column(top, &came[i], unit[i], n, high + i, rest + i);
+    for (size_t i = 0; i < n; i++) put_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)
         if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
     memcpy(out, high, 6 * n * sizeof *out);

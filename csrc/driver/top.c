@@ -11,8 +11,9 @@
 #include "top.h"
 
 enum {
-    CACHE_LINE = 8,         /* doubles in 64 bytes */
-    STATES_PER_CHECK = 1024 /* largest number of states between two calls of poll */
+    CACHE_LINE = 8,          /* doubles in 64 bytes */
+    STATES_PER_CHECK = 1024, /* largest number of states between two calls of poll */
+    STATES_TOGETHER = 64     /* largest number of states that a method evaluates in one call */
 };
 
 /* Returns 1 if the motion uses more than 16 digits. */
@@ -217,7 +218,7 @@ static kr_status check_numbers(const kr_config *config)
         return KR_ERR_ARGUMENT;
     if (digits < 0 || digits > 30) return KR_ERR_ARGUMENT;
     if (digits > 0 && config->tol > (digits > 20 ? 0x1p-100 : 0.0)) return KR_ERR_ARGUMENT;
-    return config->tangents < 2 * KR_TANGENT_MASS ? KR_OK : KR_ERR_ARGUMENT;
+    return config->tangents < 2 * KR_TANGENT_DAMPING ? KR_OK : KR_ERR_ARGUMENT;
 }
 /* Returns KR_OK if `method` offers all that `config` requests. */
 static kr_status check_options(const kr_method *method, const kr_config *config)
@@ -411,25 +412,59 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL);
 }
+/* Records the state at t. On failure leaves `out` unchanged. */
+static kr_status record_one(kr_top *top, double t, kr_state *out)
+{
+    const kr_state before = *out;
+    const kr_status status = find_state(top, t, out);
+    if (status != KR_OK) *out = before;
+    return status;
+}
+/* Records the states at the first of n times, for a method that evaluates many times in one call.
+ * Each of these times must lie beyond the main motion and the times before it. Returns the number
+ * of recorded states, 0 if record_one must examine the first time. Writes the status of a failed
+ * step. */
+static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
+                              kr_status *status)
+{
+    double clock[STATES_TOGETHER], last = top->main.clock;
+    kr_state piece[STATES_TOGETHER];
+    size_t count = 0, done = 0;
+    if (!top->method->at_times) return 0;
+    for (; count < n && count < STATES_TOGETHER && fabs(t[count]) < top->horizon; count++) {
+        clock[count] = time_since_start(top, t[count]);
+        if (!(top->forward * (clock[count] - last) > 0.0)) break;
+        last = clock[count];
+    }
+    if (count < 2) return 0;
+    top->method->at_times(&top->main, count, clock, piece);
+    while (done < count && convert_to_user(top, t[done], &piece[done])) {
+        *status = kr_steps_dense(top, clock[done]);
+        if (*status != KR_OK) break;
+        out[done] = piece[done];
+        top->requested = t[done++];
+    }
+    return done;
+}
 kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[],
                             size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
-    kr_state before = {0};
     size_t i = 0;
     while (i < n && status == KR_OK) {
-        before = out[i];
-        status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
-                     ? KR_ERR_INTERRUPTED
-                     : find_state(top, t[i], &out[i]);
-        if (status == KR_OK && low) low[i] = top->low;
-        i += status == KR_OK;
+        size_t found = record_together(top, n - i, t + i, out + i, &status);
+        if (status == KR_OK && found == 0) {
+            status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
+                         ? KR_ERR_INTERRUPTED
+                         : record_one(top, t[i], &out[i]);
+            found = status == KR_OK;
+        }
+        for (size_t k = 0; low && k < found; k++) low[i + k] = top->low;
+        i += found;
     }
     if (i > 0) top->now = out[i - 1];
-    if (status != KR_OK && i < n && top && t && out) {
-        out[i] = before;
-        if (fabs(t[i]) < top->horizon) kr_top_sync(top, t[i]);
-    }
+    if (status != KR_OK && i < n && top && t && out && fabs(t[i]) < top->horizon)
+        kr_top_sync(top, t[i]);
     if (done) *done = i;
     return status;
 }

@@ -107,6 +107,9 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     }
     kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
+    /* A closed form on a torus takes as long as thousands of steps, but has no step that polls. */
+    if (top == worker->exact_top && config.poll && config.poll(config.context))
+        worker->interrupted = 1;
 }
 
 /* Dispatches a top without a closed form to a lane or to a scalar run. */

@@ -64,17 +64,14 @@ static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;
 }
-static char *plan_of_motion(const kr_motion *motion)
-{
-    return (char *)((kr_exact_form *)motion->work + 1);
-}
+static void *plan_of_motion(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
 /* Sets up a new plan in separate memory. If the scene is refused, the old plan stays in use. */
 static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;
     const kr_status status = kr_torus_widest_isa(form)->scalar->plan(motion->scene, 1, 0.0, made);
     if (status != KR_OK) return status;
-    memcpy(plan, made, form->plan_size);
+    memcpy(plan, made, form->used_size(made));
     kr_torus torus;
     memcpy(&torus, plan + form->torus_offset, sizeof torus);
     const kr_exact_form period = {.period = 0.5 / torus.turn[0].fast};
@@ -118,6 +115,14 @@ static void exact_at(kr_motion *motion, double clock, kr_state *s)
     *s = form ? kr_torus_widest_isa(form)->scalar->state(plan_of_motion(motion), clock)
               : kr_exact_form_state(form_of_motion(motion), clock);
 }
+static void exact_at_times(const kr_motion *motion, size_t n, const double clock[], kr_state out[])
+{
+    const kr_torus_form *form = motion->aux;
+    if (form)
+        kr_torus_states(form, plan_of_motion(motion), n, clock, out);
+    else
+        kr_exact_form_states(form_of_motion(motion), n, clock, out);
+}
 static void exact_read(const kr_motion *motion, kr_state *s)
 {
     kr_motion now = *motion;
@@ -140,4 +145,5 @@ const kr_method kr_method_exact = {
     .step = exact_step,
     .read = exact_read,
     .at = exact_at,
+    .at_times = exact_at_times,
 };

@@ -58,6 +58,23 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
+/* Extends the series of the parts, and the series of the time, with zeros to the length of the
+ * longest one. */
+static void equalise_series(kr_angle_series angle[2])
+{
+    int parts = 0, times = 0;
+    for (int j = 0; j < 2; j++) {
+        if (angle[j].times > times) times = angle[j].times;
+        for (int i = 0; i < 2; i++)
+            if (angle[j].count[i] > parts) parts = angle[j].count[i];
+    }
+    for (int j = 0; j < 2; j++) {
+        kr_angle_series *e = &angle[j];
+        for (; e->times < times; e->times++) e->time[e->times] = e->time_rate[e->times] = 0.0;
+        for (int i = 0; i < 2; i++)
+            while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
+    }
+}
 /* Returns half of an arc's angle at the start [turns], and writes the sum of the time series there.
  * Sets the signs of the series c and s. The variable u decreases while x increases from 0 to pi. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
@@ -105,15 +122,40 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
         phase_start(&plan->torus.turn[j],
                     dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
+/* Returns 1 if the top swings or circles in a plane that contains the third axis or is
+ * perpendicular to it. The start may differ from such a motion by rounding errors. */
+static int is_planar(const chaplygin_top *y)
+{
+    const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
+    const double size = 1.0 + v_largest(L), slack = 1e-13 * size;
+    return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
+           v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
+}
+/* Returns the name of a degenerate motion, or `refusal` if the motion has no name. */
+static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
+                                        kr_chaplygin_refusal refusal)
+{
+    const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
+    const double slack = 1e-8;
+    if (v_largest(L) < slack && v_largest(v3(0.0, y->g[1].hi, y->g[2].hi)) < slack)
+        return KR_CHAPLYGIN_REST;
+    if (is_planar(y)) return KR_CHAPLYGIN_PLANAR;
+    return o->G.hi < 1e-9 ? KR_CHAPLYGIN_ZERO : refusal;
+}
 static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
 {
     chaplygin_curve *o = &m->curve;
     series_work *w = &m->work;
     kr_chaplygin_plan *plan = &m->plan;
+    const double least = 1e-24;
     dd rate[2], half[2];
     double time[2];
     int M[2];
-    if (!(o->G.hi >= 1e-9 && fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_ZERO;
+    if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
+    /* If G is zero, two branch points coincide. The motion is then replaced by a neighbouring one.
+     * Both differ by less than rounding errors, except that planar motions may be unstable. */
+    if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
+    if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
     if (degenerate != KR_CHAPLYGIN_PLANNED) return degenerate;
     separate(y);
@@ -124,6 +166,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     w->tail = 0.0;
     for (int j = 0; j < 2; j++)
         if (!make_angle_series(o, w, &w->arc[j], &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
+    equalise_series(plan->angle);
     set_angle_rates(plan, w->arc, rate);
     for (int j = 0; j < 2; j++)
         half[j] = start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], &time[j]);
@@ -220,6 +263,16 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
+/* Returns the certificate of a plan. It is the largest of three errors: the terms left out, the
+ * error beside the start, and the rounding errors of the heading. The latter are those of the
+ * coefficients of its rate, averages over the grid, divided by the rate of an angle. The rates are
+ * small if the momentum is small. */
+static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
+                           kr_quat attitude)
+{
+    const double rounding = 0x1p-59 / fmin(plan->angle[0].rate, plan->angle[1].rate);
+    return fmax(fmax(tail, rounding), miss_of_plan(plan, top, attitude));
+}
 /* Converts the plan to the user's units, or to internal units if `own` is nonzero (across.h). */
 static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
                        int own)
@@ -273,14 +326,18 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
     plan->vertical = 0.0;
-    head->refusal = (int)make_plan(&top, memory);
-    if (head->refusal != KR_CHAPLYGIN_PLANNED) return KR_ERR_METHOD;
-    set_heading(plan, way.attitude);
-    head->certificate = fmax(memory->work.tail, miss_of_plan(plan, &top, way.attitude));
-    bring_back(plan, &way, &scene->start, own);
-    if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))
-        head->refusal = KR_CHAPLYGIN_CERTIFICATE;
-    return head->refusal == KR_CHAPLYGIN_PLANNED ? KR_OK : KR_ERR_METHOD;
+    kr_chaplygin_refusal refusal = make_plan(&top, memory);
+    if (refusal == KR_CHAPLYGIN_PLANNED) {
+        set_heading(plan, way.attitude);
+        head->certificate = certify_plan(plan, &top, memory->work.tail, way.attitude);
+        bring_back(plan, &way, &scene->start, own);
+        if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))
+            refusal = KR_CHAPLYGIN_CERTIFICATE;
+    }
+    head->refusal = KR_CHAPLYGIN_PLANNED;
+    if (refusal == KR_CHAPLYGIN_PLANNED) return KR_OK;
+    head->refusal = (int)name_motion(&top, &memory->curve, refusal);
+    return KR_ERR_METHOD;
 }
 static kr_state chaplygin_state(const void *memory, double t)
 {
@@ -288,5 +345,14 @@ static kr_state chaplygin_state(const void *memory, double t)
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? chaplygin_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
+static kr_state chaplygin_state_at(const void *memory, double first, double second)
+{
+    const kr_chaplygin_plan *plan = memory;
+    /* The phases are halves of angles. `second` is a whole angle if only its whole multiples occur.
+     */
+    const double part = plan->angle[1].is_whole[0] ? 0.5 : 1.0;
+    const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
+    return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
+}
 const kr_torus_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
-                                                      chaplygin_state};
+                                                      chaplygin_state, chaplygin_state_at};

@@ -6,8 +6,9 @@
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). The integral of
  * each term has a sum or difference of multiples of the two rates as its divisor. If this makes a
- * term large, the term is integrated from the start instead (kr_slow_term). No resonance therefore
- * loses digits.
+ * term large, the term is integrated from the start instead (kr_slow_term). Its error grows by a
+ * rounding error of its coefficient for each radian of the heading. This is less than the effect of
+ * a rounding error of the start.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H

@@ -36,39 +36,95 @@ INLINE wide clenshaw(const double a[], int count, wide cosine, wide *before)
     *before = two;
     return one;
 }
-/* Returns the sum of the series c or s (`which` 0 or 1) of an angle. */
+/* Returns the sum of the series c or s (`which` 0 or 1) of an angle from the last two values of
+ * Clenshaw's recurrence. */
+INLINE wide finish_part(const kr_angle_series *e, int which, const angle_lanes *a, wide last,
+                        wide before)
+{
+    if (e->is_whole[which]) return e->is_sine[which] ? a->sine * before : last - a->cosine * before;
+    return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
+}
 INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
 {
     wide before;
     const wide last = clenshaw(e->part[which], e->count[which], a->cosine, &before);
-    if (e->is_whole[which]) return e->is_sine[which] ? a->sine * before : last - a->cosine * before;
-    return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
+    return finish_part(e, which, a, last, before);
+}
+/* Two recurrences of Clenshaw with the same argument: the last values and the ones before. */
+typedef struct clenshaw_pair {
+    wide twice, one, other, one_before, other_before;
+} clenshaw_pair;
+
+INLINE clenshaw_pair begin_pair(wide cosine)
+{
+    const wide zero = wide_splat(0.0);
+    const clenshaw_pair p = {2.0 * cosine, zero, zero, zero, zero};
+    return p;
+}
+INLINE void step_pair(clenshaw_pair *p, double one, double other)
+{
+    const wide next = (one + p->twice * p->one) - p->one_before,
+               other_next = (other + p->twice * p->other) - p->other_before;
+    p->one_before = p->one;
+    p->other_before = p->other;
+    p->one = next;
+    p->other = other_next;
+}
+/* Writes the sums c and s of both angles. The four series have the same number of terms. They are
+ * summed together, because the steps of a single recurrence wait for each other. */
+INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
+{
+    const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
+    clenshaw_pair p = begin_pair(a[0].cosine), q = begin_pair(a[1].cosine);
+    for (int k = first->count[0] - 1; k >= 0; k--) {
+        step_pair(&p, first->part[0][k], first->part[1][k]);
+        step_pair(&q, second->part[0][k], second->part[1][k]);
+    }
+    c[0] = finish_part(first, 0, &a[0], p.one, p.one_before);
+    s[0] = finish_part(first, 1, &a[0], p.other, p.other_before);
+    c[1] = finish_part(second, 0, &a[1], q.one, q.one_before);
+    s[1] = finish_part(second, 1, &a[1], q.other, q.other_before);
+}
+/* Adds the time series of both angles to `value`, and their derivatives in tau to `slope`. The four
+ * series have the same number of terms. */
+INLINE void sum_times(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide *value,
+                      wide *slope)
+{
+    const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
+    clenshaw_pair p = begin_pair(a[0].cosine), q = begin_pair(a[1].cosine);
+    for (int k = first->times - 1; k >= 0; k--) {
+        step_pair(&p, first->time[k], first->time_rate[k]);
+        step_pair(&q, second->time[k], second->time_rate[k]);
+    }
+    *value = *value + (a[0].sine * p.one_before + a[1].sine * q.one_before);
+    *slope = *slope + (first->rate * (p.other - a[0].cosine * p.other_before) +
+                       second->rate * (q.other - a[1].cosine * q.other_before));
 }
 /* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
- * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere.
- * Writes the true angles to `a`. */
+ * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere. A
+ * step of Newton's method that is not at most half of the last step is replaced by bisection,
+ * because Newton's method can alternate between two points on both sides of the solution. Writes
+ * the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
-    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high;
+    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high,
+         moved = 4.0 * high;
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
+        const angle_lanes at[2] = {angle_of(phase_plus(half[0], slip * plan->angle[0].half_turns)),
+                                   angle_of(phase_plus(half[1], slip * plan->angle[1].half_turns))};
         wide value = plan->mean * slip, slope = wide_splat(plan->mean);
-        for (int j = 0; j < 2; j++) {
-            const kr_angle_series *e = &plan->angle[j];
-            const angle_lanes at = angle_of(phase_plus(half[j], slip * e->half_turns));
-            wide before;
-            (void)clenshaw(e->time, e->times, at.cosine, &before);
-            value = value + at.sine * before;
-            const wide last = clenshaw(e->time_rate, e->times, at.cosine, &before);
-            slope = slope + e->rate * (last - at.cosine * before);
-        }
+        sum_times(plan, at, &value, &slope);
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
-        wide next = slip - value / slope;
-        next = wide_choose(mask_and(wide_at_most(low, next), wide_at_most(next, high)), next,
-                           0.5 * (low + high));
-        const mask settled = wide_at_most(wide_abs(next - slip), wide_splat(plan->tolerance));
+        const wide newton = value / slope;
+        wide next = slip - newton;
+        const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
+                   is_short = wide_at_most(wide_abs(newton), 0.5 * moved);
+        next = wide_choose(mask_and(is_inside, is_short), next, 0.5 * (low + high));
+        moved = wide_abs(next - slip);
+        const mask settled = wide_at_most(moved, wide_splat(plan->tolerance));
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
@@ -118,6 +174,12 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
+/* Returns sin x / x for |x| <= 1/2. The first term left out is below 5e-17. */
+INLINE wide sinc_of(wide x)
+{
+    const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
+    return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
+}
 /* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), over the time
  * `tau` since the start. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
@@ -127,12 +189,7 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
         const kr_slow_term *n = &plan->slow[i];
         const wide x = n->rate * tau;
         const mask near = wide_less(wide_abs(x), wide_splat(1.0));
-        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), hh = half * half,
-                   sinc =
-                       1.0 -
-                       hh * (1.0 / 6 -
-                             hh * (1.0 / 120 - hh * (1.0 / 5040 -
-                                                     hh * (1.0 / 362880 - hh * (1.0 / 39916800)))));
+        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), sinc = sinc_of(half);
         wide s, c, unused;
         const dd turn = one_turn();
         sincos_turns(dd_add(dd_of(wide_splat(n->phase)), dd_times(half, turn)), &unused, &c);
@@ -146,19 +203,19 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
- * a state of the frame of description. */
-INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+/* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
+ * growth of tau since the start. The frame of the plan makes it a state of the frame of
+ * description. */
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide elapsed)
 {
-    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
-                        torus_phase_at(&plan->torus, 1, span)};
     const dd turn = one_turn();
     angle_lanes a[2];
-    const wide slip = find_slip(plan, mean, a),
-               tau = span.hi * plan->tau_rate + (slip - plan->slip);
-    const wide c1 = part_at(&plan->angle[0], 0, &a[0]), s1 = part_at(&plan->angle[0], 1, &a[0]),
-               c2 = part_at(&plan->angle[1], 0, &a[1]), s2 = part_at(&plan->angle[1], 1, &a[1]);
-    const wide size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
+    const wide slip = find_slip(plan, mean, a), tau = elapsed + (slip - plan->slip);
+    wide part[2], other[2];
+    sum_parts(plan, a, part, other);
+    const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
+               size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
     /* psi/2 [turns]. The low word of the product is smaller than the rounding error of the
      * series. */
@@ -180,5 +237,12 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
     r.m.z = wide_splat(plan->vertical);
     r.q = torus_attitude(&plan->torus, q);
     return r;
+}
+/* Returns the state at `time`, which is `span` after the beginning. */
+INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+{
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
+                        torus_phase_at(&plan->torus, 1, span)};
+    return chaplygin_kernel_at(plan, time, mean, span.hi * plan->tau_rate);
 }
 #endif

@@ -73,14 +73,17 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
     head->refusal = (int)make_plan(&top, &memory->work, plan);
-    if (head->refusal != KR_KOWALEWSKI_PLANNED) return KR_ERR_METHOD;
+    if (head->refusal != KR_KOWALEWSKI_PLANNED) {
+        head->refusal = (int)name_motion(&top, (kr_kowalewski_refusal)head->refusal);
+        return KR_ERR_METHOD;
+    }
     set_phase(plan, way.attitude);
     const double moment = 0.03125 / (1.0 + sqrt(fabs(memory->work.curve.h.hi)));
     head->certificate = fmax(head->certificate, miss_of_plan(plan, &top, moment, way.attitude));
     bring_back(plan, &way, scene->start.t, own);
-    if (!(head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)))
-        head->refusal = KR_KOWALEWSKI_CERTIFICATE;
-    return head->refusal == KR_KOWALEWSKI_PLANNED ? KR_OK : KR_ERR_METHOD;
+    if (head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)) return KR_OK;
+    head->refusal = (int)name_motion(&top, KR_KOWALEWSKI_CERTIFICATE);
+    return KR_ERR_METHOD;
 }
 static kr_state kowalewski_state(const void *memory, double t)
 {
@@ -88,5 +91,13 @@ static kr_state kowalewski_state(const void *memory, double t)
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? kowalewski_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
+static kr_state kowalewski_state_at(const void *memory, double first, double second)
+{
+    const kr_theta_sums *plan = memory;
+    const kr_torus *torus = &plan->torus;
+    const dd phase[3] = {dd_of(fraction_of_turns(first)), dd_of(fraction_of_turns(second)),
+                         torus_phase_at(torus, 2, dd_of(0.0))};
+    return kowalewski_kernel_at(plan, torus->begin, phase);
+}
 const kr_torus_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
-                                                       kowalewski_state};
+                                                       kowalewski_state, kowalewski_state_at};

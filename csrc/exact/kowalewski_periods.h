@@ -50,10 +50,14 @@ static cx nearest_on_segment(cx a, cx b)
                  at = size > 0.0 ? -(a.re * way.re + a.im * way.im) / size : 0.0;
     return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
-/* Computes the reference points for the signs of the square roots along a path. */
-static void finish_path(kowalewski_path *p)
+/* Computes the reference points for the signs of the square roots along a path, from its start to
+ * sin^2(x/2) = `end`. Branch points on the rest of the path do not matter. */
+static void finish_path(kowalewski_path *p, double end)
 {
-    for (int i = 0; i < p->count; i++) p->near[i] = nearest_on_segment(p->a[i], p->b[i]);
+    for (int i = 0; i < p->count; i++) {
+        const cx to = cx_add(cx_scale(end, p->a[i]), cx_scale(1.0 - end, p->b[i]));
+        p->near[i] = nearest_on_segment(to, p->b[i]);
+    }
     p->near_d = nearest_on_segment(p->C, p->E);
 }
 /* Returns the path from root i to root j with these coefficients C and E. */
@@ -68,7 +72,7 @@ static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx 
         p.a[p.count] = cx_mul(C, root_less_root(o, j, r));
         p.b[p.count++] = cx_mul(E, root_less_root(o, i, r));
     }
-    finish_path(&p);
+    finish_path(&p, 1.0);
     return p;
 }
 static cx tracked_root(cx z, cx near) { return cx_mul(cx_sqrt(cx_div(z, near)), cx_sqrt(near)); }
@@ -271,7 +275,7 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx t
         p.a[p.count] = p.A;
         p.b[p.count++] = root_less_root(o, from, r);
     }
-    finish_path(&p);
+    finish_path(&p, 1.0);
     return p;
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
@@ -310,7 +314,8 @@ static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[
                             cx_of(-o->root[1].hi, y.hi + o->root[2].hi));
         const double size = cx_abs(z);
         const cx C = size > 0.0 ? cx_sqrt(cx_scale(-1.0 / size, z)) : cx_of(1.0, 0.0);
-        const kowalewski_path p = path_between(o, 1, 2, C, cx_conj(C));
+        kowalewski_path p = path_between(o, 1, 2, C, cx_conj(C));
+        finish_path(&p, size / (1.0 + size)); /* the rest crosses the real axis */
         return add_path(o, arc, rates, &p, 1, size, 1.0, out);
     }
     int from = 0;

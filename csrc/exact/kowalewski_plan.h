@@ -22,7 +22,6 @@ typedef struct kowalewski_work {
     theta_work theta;
     double start[2]; /* theta1 and theta2 at the start */
     double rate_miss;
-    int found;
 } kowalewski_work;
 
 /* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
@@ -234,6 +233,21 @@ static double certificate_of(const kowalewski_work *w)
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
     return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
 }
+/* Returns the name of a degenerate motion, or `refusal` if the motion has no name. The start may
+ * differ from such a motion by rounding errors. */
+static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
+{
+    const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
+                 g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
+                 size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size;
+    const kr_vec3 w = v3(p, q, r), slope = v3(q * r, -p * r - g3, g2);
+    if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_KOWALEWSKI_REST;
+    if (v_largest(slope) < slack * size && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
+        return KR_KOWALEWSKI_ROTATION;
+    if (v_largest(v3(p, q, g3 * size)) < slack || v_largest(v3(p, r, g2 * size)) < slack)
+        return KR_KOWALEWSKI_PLANAR;
+    return refusal;
+}
 /* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
  * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
 static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
@@ -245,20 +259,23 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
-    if (!(least_distance(o) > 1e-16)) return KR_KOWALEWSKI_COINCIDENT;
     if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;
-    if (!is_on_arcs(o, top->state)) return KR_KOWALEWSKI_START;
+    const double distance = least_distance(o);
+    if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
+    /* The formulas of a start have the distances as divisors. */
+    const kr_kowalewski_refusal unresolved =
+        distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
+    if (!is_on_arcs(o, top->state)) return unresolved;
     make_arcs(o, w->arc);
     if (!average_arcs(o, w->arc, &w->table, &w->samples, &w->rates) ||
         !make_periods(o, w->arc, &w->rates, &t->matrix))
         return KR_KOWALEWSKI_INTEGRALS;
     refine_cosines(&w->table, GRID / SAMPLE_STEPS);
     if (!(find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start) < 1e-12))
-        return KR_KOWALEWSKI_START;
+        return unresolved;
     t->kind = kind_of(o);
     make_samples(w, t->sample);
-    w->found = find_spinor_class(t);
-    if (!w->found) return KR_KOWALEWSKI_SUMS;
+    if (!find_spinor_class(t)) return KR_KOWALEWSKI_SUMS;
     const dd heading = find_heading(w, top->state);
     if (!fill_sums(plan, t)) return KR_KOWALEWSKI_TERMS;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};

@@ -227,7 +227,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
            make_point_at(o, &arc[1], w[1], next[1], least, &point[1]);
 }
 /* Finds the signs, and the angles of the torus at the start. It uses a state shortly after the
- * start that is not close to an end of an arc. Returns the error of this state. */
+ * start that is not close to an end of an arc. If w1 or w2 is slow, it stays close for long, and a
+ * closer state is used. Returns the error of this state. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])
@@ -238,11 +239,12 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     memcpy(at, start, sizeof at);
     for (int step = 0; step < 160; step++) {
         const int i = step % 8;
+        const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : 1e-5;
         arc_point point[2];
         if (i == 0) expand(at, series);
         sum_series(series, (i + 1) * moment, at);
-        sum_series(series, (i + 1.125) * moment, later);
-        if (!make_points_at(o, arc, at, later, step < 8 ? 0.02 : 0.002, point)) continue;
+        sum_series(series, (i + 1 + 0x1p-20) * moment, later);
+        if (!make_points_at(o, arc, at, later, least, point)) continue;
         for (int j = 0; j < 2; j++)
             theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
                        (step + 1) * moment * rates->rate[j].hi;

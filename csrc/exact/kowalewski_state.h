@@ -31,12 +31,12 @@ INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
         im[k] = re[a] * im[b] + im[a] * re[b];
     }
 }
-INLINE void fill_waves(const kr_theta_sums *plan, dd span, wave_lanes *w)
+INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes *w)
 {
     wide s, c, re[WIDE_MOST + 1], im[WIDE_MOST + 1];
-    sincos_turns(torus_phase_at(&plan->torus, 0, span), &s, &c);
+    sincos_turns(phase[0], &s, &c);
     fill_powers(s, c, plan->wide[0], w->re1, w->im1);
-    sincos_turns(torus_phase_at(&plan->torus, 1, span), &s, &c);
+    sincos_turns(phase[1], &s, &c);
     fill_powers(s, c, plan->wide[1], re, im);
     for (int k = 0; k <= plan->wide[1]; k++) {
         const int up = (WIDE_MOST + k) / 2, down = (WIDE_MOST - k) / 2;
@@ -72,20 +72,20 @@ INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *ter
     *im = sum_im;
     return term;
 }
-/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
- * a state of the frame of description. */
-INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
+/* Returns the state with the three phases of the plan at `time`. The frame of the plan makes it a
+ * state of the frame of description. */
+INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
 {
     wave_lanes w;
     wide re[SUMS], im[SUMS], s, c;
     const kr_sum_row *row = plan->row;
     const double *term = plan->term;
-    fill_waves(plan, span, &w);
+    fill_waves(plan, phase, &w);
     for (int i = 0; i < SUMS; i++) {
         term = sum_rows(row, plan->rows[i], term, &w, &re[i], &im[i]);
         row += plan->rows[i];
     }
-    sincos_turns(torus_phase_at(&plan->torus, 2, span), &s, &c);
+    sincos_turns(phase[2], &s, &c);
     const wide S2 = re[SUM_S] * re[SUM_S] + im[SUM_S] * im[SUM_S],
                T2 = re[SUM_T] * re[SUM_T] + im[SUM_T] * im[SUM_T],
                n = 1.0 / wide_sqrt(0.5 * (S2 + T2)), half = 0.5 * n;
@@ -106,5 +106,12 @@ INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd sp
             2.0 * ((q.x * q.z - q.w * q.y) * m1 + (q.y * q.z + q.w * q.x) * m2);
     r.q = torus_attitude(&plan->torus, q);
     return r;
+}
+/* Returns the state at `time`, which is `span` after the beginning. */
+INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
+{
+    dd phase[3];
+    for (int i = 0; i < 3; i++) phase[i] = torus_phase_at(&plan->torus, i, span);
+    return kowalewski_kernel_at(plan, time, phase);
 }
 #endif

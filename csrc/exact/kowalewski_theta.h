@@ -2,8 +2,9 @@
  * each class of n, they are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
- * They were found numerically and are not proved. A plan whose sums do not agree with states of the
- * top is therefore refused. The constants of S and T are the null vector of the equations
+ * Each sum has terms of some classes only. All this was found numerically and is not proved. A plan
+ * whose sums do not agree with states of the top is therefore refused. The constants of S and T are
+ * the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R solve least-squares problems.
  *
@@ -16,9 +17,9 @@
 #include "least_squares.h"
 
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds: three real roots; or five real roots in the order e -k e e k, in the order e e -k e k,
- * or in another order. Here e is a root of phi. */
-enum { KIND_THREE, KIND_A, KIND_B, KIND_C, KINDS };
+/* The kinds, by the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e e k,
+ * e e -k e k, -k e e e k, and e e e -k k. */
+enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
 /* One term without the constant of its class. Its two values are the same size with the signs of
  * the term in two sums. */
@@ -49,7 +50,7 @@ typedef struct theta_work {
     double constant[SUMS][CLASSES];
     cx wave[2][2 * WIDE_MOST + 1];
     torus_sample sample[SAMPLES];
-    cx column[SAMPLES][2][CLASSES]; /* sums over each class, for two sums at each sample */
+    cx column[SAMPLES][2][CLASSES]; /* sums over each index, for two sums at each sample */
     lsq lsq;
 } theta_work;
 
@@ -58,31 +59,47 @@ static int floor_half(int k) { return (k - odd(k)) / 2; }
 
 static int kind_of(const kowalewski_curve *o)
 {
-    if (o->real == 3) return KIND_THREE;
-    for (int at = 1; at < 3; at++)
-        if (o->order[at] == ROOT_MINUS_K) return at == 1 ? KIND_A : KIND_B;
-    return KIND_C;
+    static const int five[] = {KIND_C, KIND_A, KIND_B, KIND_C_LOW};
+    int at = 0; /* of -k */
+    while (o->order[at] != ROOT_MINUS_K) at++;
+    if (o->real == 3) return at == 0 ? KIND_THREE : KIND_THREE_LOW;
+    return five[at];
 }
+static int has_pairs(int kind) { return kind == KIND_A || kind == KIND_B; }
 static int class_of(int kind, int k1, int k2)
 {
-    if (kind == KIND_A || kind == KIND_B) return 2 * odd(k1) + odd(k2);
+    if (has_pairs(kind)) return 2 * odd(k1) + odd(k2);
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
+}
+/* Returns 1 if the sum has terms of this class. */
+static int has_class(int kind, int sum, int index)
+{
+    /* Bit i stands for class i. */
+    static const unsigned char classes[KINDS][SUMS] = {
+        {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
+        {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
+        {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
+    };
+    return classes[kind][sum] >> index & 1;
 }
 /* Returns the sign of a term within its class, for a given sum. */
 static double sign_of_term(int kind, int sum, int k1, int k2)
 {
     static const double signs[KINDS][SUMS][2] = {
         {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, 1}},
+        {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, 1}},
         {{-1, 1}, {-1, -1}, {1, 1}, {1, -1}, {1, -1}},
         {{-1, 1}, {-1, -1}, {-1, -1}, {-1, 1}, {-1, 1}},
         {{-1, 1}, {1, 1}, {1, 1}, {-1, 1}, {-1, 1}},
+        {{-1, 1}, {1, 1}, {1, 1}, {-1, 1}, {-1, 1}},
     };
-    const int i = floor_half(k1), pairs = kind == KIND_A || kind == KIND_B,
-              rest = k2 - 2 * i - ((k2 - 2 * i) & 3), j = pairs ? floor_half(k2) : rest / 4,
+    const int i = floor_half(k1), pairs = has_pairs(kind), rest = k2 - 2 * i - ((k2 - 2 * i) & 3),
+              j = pairs ? floor_half(k2) : rest / 4,
+              three = kind == KIND_THREE || kind == KIND_THREE_LOW,
               turned = odd(kind == KIND_A   ? k2
                            : kind == KIND_B ? k1
-                           : kind == KIND_C ? 0
-                                            : k1 - k2);
+                           : three          ? k1 - k2
+                                            : 0);
     const double first = signs[kind][sum][0], second = signs[kind][sum][1];
     double sign = 1.0;
     if (odd(i)) sign *= pairs && turned ? -first : first;
@@ -115,6 +132,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
         if (!(half + fabs(middle) < 0.5 * WIDE_MOST)) return 0;
         for (int k2 = (int)ceil(2.0 * (middle - half)); k2 <= 2.0 * (middle + half); k2++) {
             const double y = 0.5 * k2 - y0;
+            const int index = class_of(kind, k1, k2);
+            if (!has_class(kind, sum[0], index) && !has_class(kind, sum[1], index)) continue;
             const double size = decay(0.5 * (m->b11 * x * x + m->b22 * y * y) + m->b12 * x * y);
             if (out->count == TERMS) return 0;
             sum_term *term = &out->term[out->count++];
@@ -180,23 +199,27 @@ static void fill_columns(theta_work *w, const int sum[2])
 static double solve_spinor(theta_work *w)
 {
     lsq *m = &w->lsq;
-    double null[2 * CLASSES];
+    double null[LSQ_COLUMNS];
     m->rows = 2 * SAMPLES;
-    m->columns = 2 * CLASSES;
-    for (int i = 0; i < SAMPLES; i++) {
-        const torus_sample *s = &w->sample[i];
-        const cx x = cx_scale(1.0 / s->size, s->x), y = cx_scale(-1.0 / s->size, s->y);
-        for (int j = 0; j < 2 * CLASSES; j++) {
-            const int T = j >= CLASSES;
-            const cx a = cx_mul(w->column[i][T][j % CLASSES], T ? y : x);
-            m->a[j][2 * i] = a.re;
-            m->a[j][2 * i + 1] = a.im;
+    m->columns = 0;
+    for (int j = 0; j < 2; j++)
+        for (int index = 0; index < CLASSES; index++) {
+            if (!has_class(w->kind, spinor_sums[j], index)) continue;
+            double *const a = m->a[m->columns++];
+            for (int i = 0; i < SAMPLES; i++) {
+                const torus_sample *s = &w->sample[i];
+                const cx factor = cx_scale((j ? -1.0 : 1.0) / s->size, j ? s->y : s->x),
+                         value = cx_mul(w->column[i][j][index], factor);
+                a[2 * i] = value.re;
+                a[2 * i + 1] = value.im;
+            }
         }
-    }
     lsq_factor(m);
     const double ratio = lsq_null(m, null);
-    memcpy(w->constant[SUM_S], null, CLASSES * sizeof *null);
-    memcpy(w->constant[SUM_T], null + CLASSES, CLASSES * sizeof *null);
+    for (int j = 0, at = 0; j < 2; j++)
+        for (int index = 0; index < CLASSES; index++)
+            w->constant[spinor_sums[j]][index] =
+                has_class(w->kind, spinor_sums[j], index) ? null[at++] : 0.0;
     return ratio;
 }
 /* Computes D at all samples. */
@@ -221,48 +244,66 @@ static double find_spinor(theta_work *w, const double beta[2])
     find_sizes(w);
     return better;
 }
-/* Tries four values of b, which differ by rows of B/2. To each value, multiples of the rows of B
- * are added that make the sums smallest. Returns 1 plus the index of the first value that fits, or
- * 0 if none fits. */
-static int find_spinor_class(theta_work *w)
+/* Computes the constants of S and T for one of four values of b, which differ by rows of B/2.
+ * Multiples of the rows of B are added that make the sums smallest. Returns the ratio of
+ * find_spinor. */
+static double try_spinor_class(theta_work *w, int i)
 {
     const kowalewski_matrix *m = &w->matrix;
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
                  x = (m->b22 * m->shift[0] - m->b12 * m->shift[1]) / det,
                  y = (m->b11 * m->shift[1] - m->b12 * m->shift[0]) / det;
+    const int try1 = (i & 1) ^ 1, try2 = i >> 1;
+    const double m1 = try1 + 2.0 * floor(0.5 * (2.0 * x - try1) + 0.5),
+                 m2 = try2 + 2.0 * floor(0.5 * (2.0 * y - try2) + 0.5);
+    const double beta[2] = {0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0],
+                            0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1]};
+    return find_spinor(w, beta);
+}
+/* Tries the four values of b until one fits well. If none does, the best one is used. Returns 0 if
+ * none fits. */
+static int find_spinor_class(theta_work *w)
+{
+    int best = 0;
+    double least = INFINITY;
     for (int i = 0; i < 4; i++) {
-        const int try1 = (i & 1) ^ 1, try2 = i >> 1;
-        const double m1 = try1 + 2.0 * floor(0.5 * (2.0 * x - try1) + 0.5),
-                     m2 = try2 + 2.0 * floor(0.5 * (2.0 * y - try2) + 0.5);
-        const double beta[2] = {0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0],
-                                0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1]};
-        w->certificate = find_spinor(w, beta);
-        if (w->certificate < 1e-8) return i + 1;
+        const double ratio = w->certificate = try_spinor_class(w, i);
+        if (ratio < 1e-13) return 1;
+        if (ratio < least) least = ratio, best = i;
     }
-    return 0;
+    if (!(least < 1e-8)) return 0;
+    w->certificate = try_spinor_class(w, best);
+    return 1;
 }
 /* Computes the constants of one sum, with index `which` in the pair `sum`, from its class sums.
  * Updates the largest misfit. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
-    double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0;
+    double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0, solution[LSQ_COLUMNS];
+    double *const constant = w->constant[sum[which]];
     lsq *m = &w->lsq;
     m->rows = 2 * SAMPLES;
-    m->columns = CLASSES;
+    m->columns = 0;
+    for (int index = 0; index < CLASSES; index++) {
+        if (!has_class(w->kind, sum[which], index)) continue;
+        double *const a = m->a[m->columns++];
+        for (int i = 0; i < SAMPLES; i++) {
+            const cx value = cx_scale(1.0 / w->sample[i].size, w->column[i][which][index]);
+            a[2 * i] = value.re;
+            a[2 * i + 1] = value.im;
+        }
+    }
     for (int i = 0; i < SAMPLES; i++) {
         const torus_sample *s = &w->sample[i];
-        for (int j = 0; j < CLASSES; j++) {
-            const cx a = cx_scale(1.0 / s->size, w->column[i][which][j]);
-            m->a[j][2 * i] = a.re;
-            m->a[j][2 * i + 1] = a.im;
-        }
         right[2 * i] = sum[which] == SUM_P ? s->p : sum[which] == SUM_Q ? s->q : s->r;
         most = fmax(most, fabs(right[2 * i]));
     }
-    lsq_factor(&w->lsq);
-    lsq_solve(&w->lsq, right, w->constant[sum[which]]);
+    lsq_factor(m);
+    lsq_solve(m, right, solution);
+    for (int index = 0, at = 0; index < CLASSES; index++)
+        constant[index] = has_class(w->kind, sum[which], index) ? solution[at++] : 0.0;
     /* After the reflections, the elements below the columns are the residuals. */
-    for (int i = w->lsq.columns; i < w->lsq.rows; i++) miss = fmax(miss, fabs(right[i]));
+    for (int i = m->columns; i < m->rows; i++) miss = fmax(miss, fabs(right[i]));
     w->misfit = fmax(w->misfit, miss / most);
 }
 #endif

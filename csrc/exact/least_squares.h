@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { LSQ_ROWS = 128, LSQ_COLUMNS = 16 };
+enum { LSQ_ROWS = 72, LSQ_COLUMNS = 8 };
 
 /* The matrix is stored by columns. `rank` is the number of columns that are not zero. */
 typedef struct lsq {

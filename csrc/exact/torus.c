@@ -5,11 +5,27 @@
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
 
+static size_t kowalewski_used_size(const void *memory)
+{
+    const kr_theta_sums *plan = memory;
+    size_t terms = 0;
+    for (int sum = 0, at = 0; sum < SUMS; sum++)
+        for (int i = 0; i < plan->rows[sum]; i++) terms += (size_t)plan->row[at++].count;
+    return offsetof(kr_theta_sums, term) + terms * sizeof *plan->term;
+}
+static size_t chaplygin_used_size(const void *memory)
+{
+    const kr_chaplygin_plan *plan = memory;
+    size_t terms = 0;
+    for (int i = 0; i < plan->rows; i++) terms += 2 * (size_t)plan->row[i].count;
+    return offsetof(kr_chaplygin_plan, term) + terms * sizeof *plan->term;
+}
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
     sizeof(kr_theta_sums),
     offsetof(kr_theta_sums, torus),
     NULL,
+    kowalewski_used_size,
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_kowalewski_scalar),
@@ -28,6 +44,7 @@ const kr_torus_form kr_chaplygin_form = {
     sizeof(kr_chaplygin_plan),
     offsetof(kr_chaplygin_plan, torus),
     kr_chaplygin_is_level,
+    chaplygin_used_size,
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_chaplygin_scalar),
@@ -47,16 +64,6 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
 {
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
-}
-static void evaluate_form(const kr_torus_form *form, const void *plan, size_t n, const double t[],
-                          kr_state out[])
-{
-    const kr_torus_isa *isa = kr_torus_widest_isa(form);
-    if (isa->evaluate) {
-        isa->evaluate(plan, n, t, out);
-        return;
-    }
-    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
 /* Returns the text of a refusal, or NULL if the number is not less than `count`. */
 static const char *find_text(const char *const texts[], int count, int refusal)
@@ -80,9 +87,13 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 {
     return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state(top, t);
 }
+kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second)
+{
+    return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state_at(top, first, second);
+}
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
-    evaluate_form(&kr_kowalewski_form, top, n, t, out);
+    kr_torus_states(&kr_kowalewski_form, top, n, t, out);
 }
 const char *kr_kowalewski_refusal_text(int refusal)
 {
@@ -110,10 +121,15 @@ kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double 
 {
     return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state(top, t);
 }
+kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
+                                         double second)
+{
+    return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state_at(top, first, second);
+}
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])
 {
-    evaluate_form(&kr_chaplygin_form, top, n, t, out);
+    kr_torus_states(&kr_chaplygin_form, top, n, t, out);
 }
 const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 {

@@ -1,7 +1,7 @@
 /* The closed forms of tops whose motion is on a torus, on which two angles grow at constant rates:
  * Kowalewski tops and Goryachev-Chaplygin tops. A closed form is a plan in memory of a fixed size.
- * The plan begins with the head that kreisel.h declares. The memory behind the plan is used for its
- * set-up only. */
+ * The plan begins with the head that kreisel.h declares, and ends with the coefficients of its
+ * series. The memory behind the plan is used for its set-up only. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
@@ -23,6 +23,8 @@ typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
+    /* The state at two angles, like kr_kowalewski_state_at. */
+    kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
 /* Evaluates many states, one in each lane. */
 typedef void kr_torus_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
@@ -38,6 +40,8 @@ typedef struct kr_torus_form {
     /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
      * kind. NULL: to all starts. */
     int (*suits)(const kr_scene *scene);
+    /* Returns the size of the used part of a plan, in bytes. A copy of this part is a plan. */
+    size_t (*used_size)(const void *plan);
     /* The instruction sets that were compiled in, the widest first. A name of NULL ends the
      * table. */
     kr_torus_isa isas[4];
@@ -58,6 +62,17 @@ static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
     const kr_torus_isa *isa = form->isas;
     while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
     return isa;
+}
+/* Writes n states of a plan, bitwise equal to those of kr_torus_scalar, but faster. */
+static inline void kr_torus_states(const kr_torus_form *form, const void *plan, size_t n,
+                                   const double t[], kr_state out[])
+{
+    const kr_torus_isa *isa = kr_torus_widest_isa(form);
+    if (isa->evaluate) {
+        isa->evaluate(plan, n, t, out);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
 /* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
 int kr_chaplygin_is_level(const kr_scene *scene);

@@ -15,6 +15,11 @@ INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
                                wide_splat(p->more)};
     return phase_at(&phase, span);
 }
+/* Returns the fraction of an angle [turns], or NaN if the angle is not finite. */
+INLINE double fraction_of_turns(double turns)
+{
+    return isfinite(turns) ? turns - floor(turns) : NAN;
+}
 /* Returns the time after the beginning at which the kernel is evaluated for the time t. Returns 0
  * if t is so late that its phases are not known; the kernel then gives the state of the start,
  * whose integrals are correct. Also returns 0 if t is not finite. */

@@ -1,6 +1,7 @@
 /* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the
  * momentum h of the rotor:
  *     T = (M - h) J^-1 (M - h) / 2,   U = mass gravity <com, R* e3 R>
+ *     J W' = M x W + mass gravity R* e3 R x com - D W,   W = J^-1 (M - h)
  * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
  * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They
  * describe the frame r = q tilt, whose third axis is the apex:
@@ -162,6 +163,16 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     fourth_integral_frame(scene, s, &m, &p);
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
+}
+kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
+{
+    const kr_quat q = principal_attitude(scene, s);
+    const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
+                  W = divide_by_moments(v_sub(M, scene->body.rotor), J),
+                  pull = v_cross(q_vertical(q), scene->body.com);
+    const kr_vec3 torque = v_sub(v_axpy(scene->body.mass * scene->gravity, pull, v_cross(M, W)),
+                                 v_times(scene->damping, W));
+    return q_turn(scene->body.axes, divide_by_moments(torque, J));
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {

@@ -36,6 +36,13 @@ INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
+/* Returns coefficient n of F W. */
+INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
+{
+    const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
+    return triple_fma(load_drags(g, 2), triple_prev(w),
+                      triple_fma(load_drags(g, 1), triple_next(w), own));
+}
 /* Returns coefficient n of P x b. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
@@ -87,6 +94,7 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
         force = triple_add(force, lever_torque(s, g, n));
     }
     if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
+    if (g->drag_changes != 0.0) force = triple_sub(force, drags_times(s, g, n));
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =
         triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));

@@ -90,12 +90,20 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
-/* Returns a row of the derivatives B of the moments. Row 0 has the elements xx, yy, zz of B. Row 1
- * has xy, yz, zx. Row 2 has xz, yx, zy. */
+/* The structs that hold the elements of a symmetric matrix. Row 0 has the elements xx, yy, zz. Row
+ * 1 has xy, yz, zx. Row 2 has xz, yx, zy. */
+static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
+/* Returns a row of the derivatives B of the moments. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
-    static const int places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
-    const int *at = places[row];
+    const int *at = matrix_places[row];
     return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
                       duo_load(g[at[2] * WORDS].moment));
+}
+/* Returns a row of the derivatives F of the damping. */
+INLINE triple load_drags(const kr_tangent *g, int row)
+{
+    const int *at = matrix_places[row];
+    return triple_all(duo_load(g[at[0] * WORDS].drag_of), duo_load(g[at[1] * WORDS].drag_of),
+                      duo_load(g[at[2] * WORDS].drag_of));
 }

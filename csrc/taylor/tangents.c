@@ -16,7 +16,9 @@ typedef struct {
     kr_series path[2];
     double parts;    /* number of parts of the last step */
     double from, to; /* start and end of the last step */
-    double unused[5];
+    double part;     /* number of the part whose series are in memory, from 1 */
+    double until;    /* end of this part */
+    double unused[3];
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
 
@@ -163,20 +165,35 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Sets the derivatives of the lever and of the moments with respect to the deviation's
+/* Writes the rows of a symmetric matrix with the elements xx, yy, zz, yz, zx, xy. */
+static void put_rows(double rows[3][4], const double B[6])
+{
+    v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
+    v_put(rows[1] + 1, v3(B[5], B[3], B[4]));
+    v_put(rows[2] + 1, v3(B[4], B[5], B[3]));
+}
+static double largest_element(const double B[6])
+{
+    return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
+}
+/* Sets the derivatives of the lever, the moments and the damping with respect to the deviation's
  * parameter. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
+    double F[6];
     kr_tangent *g = at->from;
-    const double most = fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
+    for (int k = 0; k < 6; k++) F[k] = seed->damping[k] / rate;
     put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
     if (at->apart > 0)
-        for (size_t k = 0; k < 6; k++) *component_address(at, g->moment, k) = B[k];
-    v_put(g->moments[0] + 1, v3(B[0], B[1], B[2]));
-    v_put(g->moments[1] + 1, v3(B[5], B[3], B[4]));
-    v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
-    g->changes = fmax(g->changes, fmax(most, v_largest(vdd_high(seed->lever))));
+        for (size_t k = 0; k < 6; k++) {
+            *component_address(at, g->moment, k) = B[k];
+            *component_address(at, g->drag_of, k) = F[k];
+        }
+    put_rows(g->moments, B);
+    put_rows(g->drags, F);
+    g->changes = fmax(g->changes, fmax(largest_element(B), v_largest(vdd_high(seed->lever))));
+    g->drag_changes = fmax(g->drag_changes, largest_element(F));
 }
 /* Returns the attitude at the end of the path's last step. */
 static quat_dd path_attitude(const kr_motion *motion)
@@ -224,8 +241,8 @@ static double square_of(const deviation_address *at, double *numbers)
     return sum;
 }
 /* Evaluates all deviations at the time `at` of the series that expands the path for this part.
- * Returns the largest last term relative to the size of its deviation, or INFINITY if a deviation
- * is not finite. */
+ * Writes the values to the members `part_end`. Returns the largest last term relative to the size
+ * of its deviation, or INFINITY if a deviation is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -234,11 +251,11 @@ static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
     double worst = 0.0;
     for (size_t i = 0; i < count_structs(n); i++) {
         kr_tangent *g = tangent(motion, memory, i);
-        tangent_kernel(motion)->sum(g, order, to, g->end);
+        tangent_kernel(motion)->sum(g, order, to, g->part_end);
     }
     for (size_t i = 0; i < n; i++) {
         const deviation_address at = address_of(motion, memory, n, i);
-        const double size = square_of(&at, at.from->end),
+        const double size = square_of(&at, at.from->part_end),
                      last = power * power * square_of(&at, at.from->x[order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
@@ -273,7 +290,7 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     for (size_t i = 0; i < count_structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = part[i % words].t;
-        memcpy(g->x[0], g->end, sizeof g->end);
+        memcpy(g->x[0], g->part_end, sizeof g->part_end);
     }
 }
 /* Shortens a part until the largest last term at its end is at most `most`. `worst` is the largest
@@ -294,89 +311,120 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     }
     return worst;
 }
-/* Propagates all tangents from the start of the path's last step to a time within the step, given
- * in two words. Returns the largest last term of all parts. Returns INFINITY if the tangents exceed
- * the range of doubles, or if no part can be made short enough. */
-static double carry_tangents(const kr_motion *motion, double *memory, size_t n, double to,
-                             double to_low)
+/* Returns the largest allowed last term of a deviation, relative to the size of the deviation. */
+static double largest_last_term(const kr_motion *motion)
+{
+    return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
+}
+/* Computes the series of a part that begins at the time of the tangents' expansion. The part ends
+ * with the step, or earlier if the last terms are too large there. Returns the largest last term at
+ * the end of the part. */
+static double expand_part(const kr_motion *motion, double *memory, size_t n)
+{
+    const double most = largest_last_term(motion);
+    tangent_work *c = tangent_work_of(memory);
+    expand_tangents(motion, memory, n);
+    c->path[0].at = c->to;
+    c->path[1].at = 0.0;
+    double worst = sum_tangents(motion, memory, n);
+    if (!(worst <= most)) worst = shorten(motion, memory, n, c->to, worst, most);
+    c->until = c->path[0].at;
+    return worst;
+}
+/* Computes the series of the first part of the last step. Returns the largest last term at the end
+ * of the part. */
+static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
-    const double most = rest_over_tolerance * exp2(series_work(motion)->log2_tol);
     tangent_work *c = tangent_work_of(memory);
-    double rest = 0.0;
     for (size_t i = 0; i < count_structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = i % words ? 0.0 : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
     memcpy(c->path, series_work(motion)->series, words * sizeof(kr_series));
-    for (int parts = 1; parts <= MAX_PARTS; parts++) {
-        expand_tangents(motion, memory, n);
-        c->path[0].at = to;
-        c->path[1].at = to_low;
-        c->parts = parts;
-        double worst = sum_tangents(motion, memory, n);
-        if (worst <= most) return fmax(rest, worst);
-        worst = shorten(motion, memory, n, to, worst, most);
-        if (!(worst <= most)) return INFINITY;
-        rest = fmax(rest, worst);
-        restart_series(motion, memory, n);
+    c->part = 1.0;
+    return expand_part(motion, memory, n);
+}
+/* Computes the series of the part after the one in memory. Returns the largest last term at the end
+ * of the part. */
+static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
+{
+    restart_series(motion, memory, n);
+    tangent_work_of(memory)->part += 1.0;
+    return expand_part(motion, memory, n);
+}
+/* Propagates all tangents over the path's last step. Returns the largest last term of all parts.
+ * Returns INFINITY if the tangents exceed the range of doubles, or if no part can be made short
+ * enough. */
+static double propagate_over_parts(const kr_motion *motion, double *memory, size_t n)
+{
+    const double most = largest_last_term(motion);
+    tangent_work *c = tangent_work_of(memory);
+    double rest = 0.0, last = expand_first_part(motion, memory, n);
+    while (last <= most) {
+        rest = fmax(rest, last);
+        c->parts = c->part;
+        if (c->until == c->to) return rest;
+        if (c->part >= MAX_PARTS) return INFINITY;
+        last = expand_next_part(motion, memory, n);
     }
     return INFINITY;
 }
-/* Propagates the tangents like carry_tangents, and sets them to NaN on failure. */
-static double carry_or_mark(const kr_motion *motion, double *memory, size_t n, double to,
-                            double to_low)
-{
-    const double rest = carry_tangents(motion, memory, n, to, to_low);
-    const size_t all = count_structs(n) * words_of(motion->digits);
-    for (size_t i = 0; i < all && !(rest < INFINITY); i++)
-        for (int k = 0; k < 8; k++) tangent(motion, memory, 0)[i].end[k] = NAN;
-    return rest;
-}
-/* Propagates n deviations over the path's last step. */
+/* Propagates n deviations over the path's last step. On failure the deviations become NaN. */
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
-    const size_t words = words_of(motion->digits);
+    const size_t all = count_structs(n) * words_of(motion->digits);
     tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
-    for (size_t i = 0; i < count_structs(n) * words; i++)
-        memcpy(first[i].begin, first[i].end, sizeof first->end);
+    for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
-    const double last = carry_or_mark(motion, memory, n, s->end, 0.0);
+    const double last = propagate_over_parts(motion, memory, n);
+    for (size_t i = 0; i < all; i++)
+        for (int k = 0; k < 8; k++) first[i].end[k] = last < INFINITY ? first[i].part_end[k] : NAN;
     if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
+/* Lets the memory hold the series of the part of the last step that contains the time `to`. Times
+ * usually increase from one call to the next, so each part is computed at most once more. */
+static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
+{
+    tangent_work *c = tangent_work_of(memory);
+    const double forward = c->to < c->from ? -1.0 : 1.0;
+    if (forward * (to - tangent(motion, memory, 0)->t) < 0.0) expand_first_part(motion, memory, n);
+    while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
+        expand_next_part(motion, memory, n);
+}
 /* Evaluates all tangents at the time `at` of the path, within its last step. Writes the values to
  * the members `at` of the tangents. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
     const size_t words = words_of(motion->digits);
-    tangent_work *c = tangent_work_of(memory);
+    const tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
-    const int at_end = s->at == c->to && (words == 1 || s[1].at == 0.0);
-    if (c->parts < 2.0 && !at_end) {
-        for (size_t i = 0; i < count_structs(n); i++)
-            tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
-                                        first[i * words].at);
+    if (s->at == c->to && (words == 1 || s[1].at == 0.0)) {
+        for (size_t i = 0; i < count_structs(n) * words; i++)
+            memcpy(first[i].at, first[i].end, sizeof first->end);
         return;
     }
-    for (size_t i = 0; i < count_structs(n) * words; i++)
-        memcpy(first[i].at, first[i].end, sizeof first->end);
-    if (at_end) return;
-    const double parts = c->parts;
-    carry_or_mark(motion, memory, n, s->at, s[1].at);
-    for (size_t i = 0; i < count_structs(n) * words; i++)
-        for (int k = 0; k < 8; k++) {
-            const double end = first[i].at[k];
-            first[i].at[k] = first[i].end[k];
-            first[i].end[k] = end;
-        }
-    c->parts = parts;
+    find_part(motion, memory, n, s->at);
+    for (size_t i = 0; i < count_structs(n); i++)
+        tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
+                                    first[i * words].at);
+}
+/* Returns the change of the momentum in space, given by its components in the body. Up to 16 digits
+ * the rotation is in doubles, as for the state: it would otherwise take most of the time of an
+ * output. */
+static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    return scale_exactly(series_work(motion)->rate,
+                         motion->digits > 16 ? qdd_turn(q, push)
+                                             : v_dd(q_turn(qdd_high(q), vdd_high(push)), none));
 }
 /* Writes n deviations at the internal time `clock` within the last step. */
 static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
@@ -388,9 +436,8 @@ static void tangents_at(kr_motion *motion, double clock, double *memory, size_t 
     evaluate_tangents(motion, memory, n);
     for (size_t i = 0; i < n; i++) {
         const deviation_address from = address_of(motion, memory, n, i);
-        const vec_dd push = get_components(motion, &from, from.from->at, 3);
         out[i].turn = get_components(motion, &from, from.from->at, 0);
-        out[i].push = scale_exactly(series_work(motion)->rate, qdd_turn(q, push));
+        out[i].push = push_in_space(motion, q, get_components(motion, &from, from.from->at, 3));
     }
 }
 static double tangents_truncation(const kr_motion *motion, double *memory)

@@ -3,10 +3,11 @@
  * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
  * the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W) + theta x W
- *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W)
- * in the notation of taylor.h, with B and b the derivatives of the moments A and of c with respect
- * to the parameter. The equations are linear in theta and N, hence 18 products of coefficients per
- * term. The changes of the energy and of <m, e3> are conserved up to the tolerance. */
+ *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
+ * in the notation of taylor.h, with B, b and F the derivatives of the moments A, of c and of the
+ * damping D with respect to the parameter. B and F are symmetric matrices. The equations are linear
+ * in theta and N, hence 18 products of coefficients per term. The changes of the energy and of <m,
+ * e3> are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
@@ -21,18 +22,20 @@ typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
     double begin[8];                /* values at the start of the step */
+    double part_end[8];             /* values at the end of the part that is in memory */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
     double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
     double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
+    double drags[3][4], drag_of[8]; /* F, like B */
     double rotor[4];                /* h */
     double t;                       /* time of the expansion */
-    /* Nonzero if D is not zero; if b or B is not zero; if h is not zero. */
-    double damped, changes, gyrostat;
-    double truncation; /* largest relative size of a last term so far */
-    double unused[123];
+    double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
+    double drag_changes, gyrostat;  /* nonzero if F is not zero; nonzero if h is not zero */
+    double truncation;              /* largest relative size of a last term so far */
+    double unused[94];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

@@ -87,17 +87,26 @@ static void put_point(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
+static int64_t trail_stride(const kr_trail *trail) { return trail->steps < KR_MESH_POINTS ? 1 : 2; }
 int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3])
 {
     const kr_vec3 apex = apex_in_body(body);
-    const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
-                  oldest = trail->steps - trail->size;
+    const int64_t stride = trail_stride(trail), oldest = trail->steps - trail->size;
     int n = 0;
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_POINTS; k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         const double out = radius * (1.0 - 0.02 * n / (double)KR_MESH_POINTS);
         put_point(point[n], v_scale(out, q_turn(q, apex)));
     }
+    return n;
+}
+
+int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3])
+{
+    const int64_t stride = trail_stride(trail), oldest = trail->steps - trail->size;
+    int n = 0;
+    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_POINTS; k -= stride, n++)
+        put_point(point[n], v_scale(scale, trail->momentum[k % trail->size]));
     return n;
 }
 

@@ -17,9 +17,10 @@ typedef struct kr_box {
     double density;       /* [M L^-3] */
 } kr_box;
 
-/* The last `size` attitudes of a top. The attitude after step k is at index k % size. */
+/* The last `size` attitudes and momenta of a top. Those after step k are at index k % size. */
 typedef struct kr_trail {
     const kr_quat *attitude;
+    const kr_vec3 *momentum;
     int64_t size, steps;
     double step; /* [T] */
 } kr_trail;
@@ -38,6 +39,9 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with this radius. Older points are up to 2 % nearer the
  * centre. Returns the number of points, at most KR_MESH_POINTS. */
 int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3]);
+/* Writes the trail of the tip of `scale` times the momentum. Returns the number of points, at most
+ * KR_MESH_POINTS. */
+int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]);
 /* Writes rings of KR_MESH_SIDES points about the rod's centre line. The line begins at the fixed
  * point and has the length `scale` for each unit of time. The larger half axis of a ring is
  * `radius`. The ratio of the half axes is the ratio of the body's moments, raised to `power`. With

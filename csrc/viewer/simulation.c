@@ -131,6 +131,12 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
+/* Stores the current state for the trails of the picture. */
+static void store_state(kr_simulation_slot *a)
+{
+    a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
+    a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
+}
 /* Prepares the slot after the last one for a new top. Returns KR_OK, or the status that tells why
  * the top cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
@@ -154,7 +160,7 @@ static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, i
     a->step = step;
     a->reference = against;
     a->status = KR_OK;
-    a->trace[0] = scene->start.q;
+    store_state(a);
     choose_quantities(a);
     return KR_OK;
 }
@@ -224,7 +230,7 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     if (a->status == KR_OK) {
         a->steps = k;
-        a->trace[k % KR_SIMULATION_TRACE] = a->now.q;
+        store_state(a);
     }
     return 1;
 }

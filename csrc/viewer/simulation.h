@@ -58,8 +58,9 @@ typedef struct kr_simulation_slot {
     kr_status status;        /* the top is advanced only while this is KR_OK */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    /* The attitude after step k is at index k % KR_SIMULATION_TRACE. */
-    kr_quat trace[KR_SIMULATION_TRACE];
+    /* Attitude and momentum after step k are at index k % KR_SIMULATION_TRACE. */
+    kr_quat attitudes[KR_SIMULATION_TRACE];
+    kr_vec3 momenta[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
 
 typedef struct kr_record_row {

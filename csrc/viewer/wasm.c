@@ -167,7 +167,7 @@ EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 }
 static kr_trail trail(const kr_simulation_slot *a)
 {
-    const kr_trail t = {a->trace, KR_SIMULATION_TRACE, a->steps,
+    const kr_trail t = {a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
                         (double)a->step / KR_SIMULATION_TICKS};
     return t;
 }
@@ -176,6 +176,11 @@ EXPORT(int, kr_page_way, (int i, double radius))
 {
     const kr_trail t = trail(&simulation.slots[i]);
     return kr_mesh_trail(&simulation.slots[i].scene.body, &t, radius, points);
+}
+EXPORT(int, kr_page_momentum_way, (int i, double scale))
+{
+    const kr_trail t = trail(&simulation.slots[i]);
+    return kr_mesh_momentum_trail(&t, scale, points);
 }
 EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
 {

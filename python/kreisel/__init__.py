@@ -19,6 +19,9 @@ from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._core import version as __version__
+from ._fit.estimate import FitInterrupted, fit
+from ._fit.fit_result import Fit
+from ._fit.records import Record
 from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
@@ -73,6 +76,8 @@ __all__ = [
     "ExactKowalewski",
     "ExactMap",
     "ExactTorus",
+    "Fit",
+    "FitInterrupted",
     "Frequencies",
     "Indicator",
     "Interrupted",
@@ -83,6 +88,7 @@ __all__ = [
     "Paths",
     "Plan",
     "QuantityName",
+    "Record",
     "Reductions",
     "Rod",
     "Row",
@@ -103,6 +109,7 @@ __all__ = [
     "conventions",
     "events",
     "exact",
+    "fit",
     "frequencies",
     "from_rotation",
     "load",

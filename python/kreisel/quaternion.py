@@ -108,7 +108,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
 
 
 def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return the angle of the rotation between two attitudes, 0 .. pi [rad].
+    """Return the angle of the rotation between two attitudes, between 0 and pi [rad].
 
     `a` and `b` have the shape (..., 4), scalar first, and are broadcast. The result has the common
     shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|) is also accurate for

@@ -147,6 +147,7 @@ export const simulation = {
   getReach: (i) => viewDoubles(C.kr_page_reach(i), 2), // largest possible |m| and |w|
   getFailure: (i) => (C.kr_page_status(i) ? readText(C.kr_status_text(C.kr_page_status(i))) : ""),
   fillTrace: (i, radius, into) => copyPoints(C.kr_page_way(i, radius), into),
+  fillMomentumTrace: (i, scale, into) => copyPoints(C.kr_page_momentum_way(i, scale), into),
   fillRod: (i, scale, radius, power, into) =>
     copyPoints(C.kr_page_rod(i, scale, radius, power), into),
   // Return the current measures of top `i` by name. NaN means undefined.

@@ -1,5 +1,5 @@
 // Files to download, and the link to the scene.
-import { DEFAULTS } from "./scene.js";
+import { encodeScene } from "./links.js";
 import { toToml } from "./text_export.js";
 
 function saveFile(name, ...content) {
@@ -17,36 +17,40 @@ const insertScene = (source, scene) =>
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
-// Return the scene without its default values, for a shorter link.
-function omitDefaults(scene) {
-  const isOwn = ([key, value]) =>
-    key === "version" || JSON.stringify(value) !== JSON.stringify(DEFAULTS[key]);
-  return Object.fromEntries(Object.entries(scene).filter(isOwn));
+// Put the link to the scene into the address bar, and offer it to other programs: by the menu of a
+// phone, or by the clipboard.
+async function shareScene(page) {
+  try {
+    history.replaceState(null, "", encodeScene(page.scene));
+  } catch {
+    return page.showMessage("A page in a notebook has no address: save “This page” instead");
+  }
+  const { href } = location;
+  page.showMessage("The address of this page is now a link to this scene");
+  try {
+    if (navigator.share && matchMedia("(pointer: coarse)").matches)
+      return await navigator.share({ title: page.scene.name, url: href });
+    await navigator.clipboard.writeText(href);
+    page.showMessage("Copied: a link to this scene, which is now the address of this page");
+  } catch {
+    // The address bar shows the link.
+  }
 }
 
 // Return the buttons by name, each with its action and its key.
 export function listDownloads(page, view, charts, source) {
-  const updateLink = () => {
-    try {
-      const scene = encodeURIComponent(JSON.stringify(omitDefaults(page.scene)));
-      history.replaceState(null, "", `#scene=${scene}`);
-      page.showMessage("The address of this page is now a link to this scene");
-    } catch {
-      page.showMessage("A page in a notebook has no address: save “This page” instead");
-    }
-  };
   const savePicture = () => {
     view.isDirty = true;
     view.render();
     view.canvas.toBlob((blob) => saveFile("kreisel.png", blob));
   };
   return {
+    Share: [() => shareScene(page), "K"],
     Picture: [savePicture, "Control+S"],
     CSV: [() => saveFile("kreisel.csv", charts.formatCsv())],
     JSON: [() => saveFile("kreisel.json", JSON.stringify(page.scene, null, 1))],
     TOML: [() => saveFile("kreisel.toml", toToml(page.scene))],
     "This page": [() => saveFile("kreisel.html", insertScene(source, page.scene))],
-    Link: [updateLink],
     ...makeVideoButton(view),
   };
 }

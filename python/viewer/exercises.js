@@ -52,21 +52,29 @@ export function describeScene({ scene, tops }) {
   return motionType ? fillIn(MOTION_TEXTS[motionType], facts) : "A scene of your own.";
 }
 
+// Return the scene of an exercise.
+export function makeExerciseScene(preset, { text, ...changes }) {
+  const scene = { ...preset, ...changes, about: text };
+  if (changes.momentum || changes.attitude) delete scene.start;
+  scene.show = { ...preset.show, ...changes.show };
+  return scene;
+}
+
 // Render the buttons of the current preset.
 export function renderExercises(page, choosePreset) {
   const preset = findPreset({ name: page.scene.name.replace(/, changed$/, "") });
-  const renderExercise = ({ title, text, ...changes }) => {
-    const scene = { ...preset, ...changes, about: text };
-    if (changes.momentum || changes.attitude) delete scene.start;
-    scene.show = { ...preset.show, ...changes.show };
-    const isOpen = page.scene.about === text;
-    const open = () => choosePreset(scene);
-    return html`<button class="exercise" aria-pressed=${isOpen} @click=${open}>${title}</button>`;
-  };
   if (!preset?.exercises) return "";
+  const { exercises } = preset;
+  const isOpen = ({ text }) => page.scene.about === text;
+  const open = (exercise) => choosePreset(makeExerciseScene(preset, exercise));
+  const renderExercise = (exercise) =>
+    html`<button class="exercise" aria-pressed=${isOpen(exercise)} @click=${() => open(exercise)}>
+      ${exercise.title}</button>`;
+  const openNext = () => open(exercises[(exercises.findIndex(isOpen) + 1) % exercises.length]);
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
-  return html`<section aria-label="Try this" class="exercises"><b>Try this</b>
-    ${preset.exercises.map(renderExercise)}
+  return html`<section aria-label="Try this" class="exercises"><div class="row"><b>Try this</b>
+    <button aria-label="Next exercise" aria-keyshortcuts="Y" @click=${openNext}>Next ▸</button></div>
+    ${exercises.map(renderExercise)}
     <button class="exercise" ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the
       start</button>
     </section>`;

@@ -7,6 +7,7 @@ import { Charts } from "./charts.js";
 import { DragHandler } from "./drags.js";
 import { listDownloads } from "./downloads.js";
 import { Keyboard } from "./keyboard.js";
+import { decodeScene } from "./links.js";
 import { loadColorScheme } from "./storage.js";
 import { Readout } from "./readout.js";
 import { PageState } from "./page_state.js";
@@ -147,8 +148,6 @@ function describeLateTops() {
   return words.filter(Boolean).join("\n");
 }
 
-const readLink = () =>
-  location.hash.startsWith("#scene=") && JSON.parse(decodeURIComponent(location.hash.slice(7)));
 function tryToOpen(open) {
   try {
     open();
@@ -157,8 +156,11 @@ function tryToOpen(open) {
     page.showMessage(`This scene cannot be shown: ${error.message}`);
   }
 }
-tryToOpen(() => page.load(readLink() || JSON.parse(getElement("scene").textContent) || presets[0]));
-const openLink = () => readLink() && page.replaceScene(completeScene(readLink()));
+tryToOpen(() => page.load(decodeScene(location.hash) || JSON.parse(getElement("scene").textContent) || presets[0]));
+function openLink() {
+  const scene = decodeScene(location.hash);
+  if (scene !== null) page.replaceScene(completeScene(scene));
+}
 addEventListener("hashchange", () => tryToOpen(openLink));
 new ResizeObserver(() => charts.build()).observe(getElement("panel"));
 // Inside a frame the motion waits, and the wheel scrolls the outer page until a click.

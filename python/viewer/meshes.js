@@ -181,6 +181,23 @@ export function makeTrace(colour, ground) {
   return line;
 }
 
+// Make the trace of the tip of m.
+export function makeMomentumTrace(colour) {
+  const line = new Line(makeStrip(TRACE_POINTS), { opacity: 0.7, depthWrite: false });
+  const { places, shades } = line.geometry;
+  const points = new Float32Array(3 * TRACE_POINTS);
+  const shade = new THREE.Color(colour).toArray();
+  writeCorners(Array(TRACE_POINTS).fill(shade).flat(), TRACE_POINTS, shades.array);
+  line.update = (i, scale, thickness) => {
+    line.width = 2 * thickness;
+    const n = simulation.fillMomentumTrace(i, scale, points);
+    writeCorners(points, n, places.array);
+    places.needsUpdate = true;
+    line.showPieces(n - 1);
+  };
+  return line;
+}
+
 // Make the faint trace of the motion before a push.
 export function makeFaintTrace(colour) {
   const line = new Line(makeStrip(TRACE_POINTS), { opacity: 0.35, depthWrite: false });

@@ -198,7 +198,7 @@ export class Panel {
       renderSection("How accurate is the computation?", renderAccuracy(this), {
         toggle: buildCharts,
       }),
-      renderSection("Looks: trace, rod, view", this.renderLooks()),
+      renderSection("Looks: arrows, trace, rod, view", this.renderLooks()),
       renderSection("Save and share", [html`<div class="row">${files}</div>`, this.renderPython()]),
     ];
   }
@@ -221,8 +221,7 @@ export class Panel {
       html`<fieldset><legend>Angular momentum m in space</legend>
         ${COMPONENTS.map(number)}
         </fieldset>
-        <p>Green: angular momentum m. Blue: angular velocity ω. Grey: the vertical p. Units: s, m,
-          kg, or any other consistent set.</p>`,
+        <p>Units: s, m, kg, or any other consistent set.</p>`,
     ];
   }
   renderBody() {
@@ -258,6 +257,10 @@ export class Panel {
     const drawn = isHidden ? "none" : view.isRevolution ? "top" : "box";
     return [
       this.renderPair("Show as", this.renderSelect("Show as", "show.solid", solids, drawn)),
+      this.renderCheckbox("Weight and torque, path of m", "show.torque", "Q"),
+      this.renderCheckbox("Angular momentum m (green)", "show.momentum", "M"),
+      this.renderCheckbox("Angular velocity ω (blue)", "show.velocity", "O"),
+      this.renderCheckbox("Vertical p (grey)", "show.vertical"),
       this.renderCheckbox("Trace of the apex", "show.trace", "T"),
       this.renderCheckbox("Elastic rod (Kirchhoff)", "show.rod", "E"),
       this.renderPair("Section", this.renderSelect("Rod's section", "show.section", SECTION_NAMES)),

@@ -48,6 +48,7 @@ export class Readout {
       ],
       ...this.describePrecession(simulation.getVelocity(i), spin, nutation, limits),
     ];
+    if (limits && page.scene.show.torque) lines.push(...describeRule(page, spin, limits));
     const turns = (simulation.getState(i)[0] * spin) / (2 * Math.PI);
     const since = "about its own axis, since the start";
     if (limits)
@@ -79,6 +80,19 @@ function describeLimits({ limits, method }) {
   const [low, high] = [formatDegrees(limits.least), formatDegrees(limits.greatest)];
   const words = low === high ? "constant" : `${low} to ${high}`;
   return method === "exact" ? words : `exact: ${words}`;
+}
+// Return the precession rate of a fast top, M g l / (I3 w3), beside the mean one. M g l is the
+// torque of the weight at a horizontal axis, I3 w3 the angular momentum about the axis.
+function describeRule({ body, scene }, spin, { precession }) {
+  const { mass, moments, com } = body;
+  const axis = com.findIndex((x) => x !== 0);
+  if (axis < 0 || !scene.gravity) return [];
+  const rule = (mass * scene.gravity * com[axis]) / (moments[axis] * spin);
+  const percent = 100 * (rule / precession - 1);
+  const side = percent < 0 ? "below" : "above";
+  const words = `${Math.abs(percent).toFixed(1)} % ${side} the mean precession`;
+  const about = "torque of the weight over angular momentum: the precession of a fast top";
+  return [["Mgl / I₃ω₃", formatShort(rule), " rad/s", words, about]];
 }
 const describeCriticalSpin = (limits, tilt) =>
   limits?.critical && tilt < NEAR ? `critical ${formatShort(limits.critical)}` : "";

@@ -36,6 +36,10 @@ export const DEFAULTS = {
     flat: false,
     section: "stiff", // cross section of the rod, one of SECTIONS
     drops: false, // vertical lines to the floor
+    momentum: true, // the arrow m
+    velocity: true, // the arrow omega
+    vertical: true, // the arrow p
+    torque: false, // weight, torque, and the trace of the tip of m
     solid: "top", // "top", "box" or "none"
     opacity: 0.3,
     thickness: 1,

@@ -15,6 +15,7 @@ import {
   makeDropLines,
   makeFaintTrace,
   makeTrace,
+  makeMomentumTrace,
   makeRod,
   makeStand,
   makeRevolutionMesh,
@@ -28,6 +29,8 @@ const SIDES = [
 ];
 const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
+const [WEIGHT, TORQUE] = ["#6b7280", "#b45309"]; // colours
+const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; of a horizontal lever
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
@@ -214,7 +217,6 @@ export class View {
     top.axes.update(this.page.body, zoom, 0.8 * this.bodySize * zoom);
     // Bounded, so that it stays visible for any gravity.
     top.p.pointTo(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
-    top.p.visible = gravity !== 0;
     top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
   }
   // Return the height of the floor: at the tip, or lower if the body needs room.
@@ -256,8 +258,11 @@ export class View {
     parts.p = makeArrow("#7c8698", 0.02, 0.6);
     parts.drops = makeDropLines();
     parts.stand = makeStand(-this.floor.height);
-    const { group, rod, p, drops } = parts;
-    group.add(parts.sphere, rod, p, drops, parts.stand);
+    parts.weight = makeArrow(WEIGHT, 0.02);
+    parts.torque = makeArrow(TORQUE, 0.028);
+    parts.momentumTrace = makeMomentumTrace("#0d9678");
+    const { group, rod, p, drops, weight, torque, momentumTrace } = parts;
+    group.add(parts.sphere, rod, p, drops, parts.stand, weight, torque, momentumTrace);
     parts.body.add(parts.axes);
     return parts;
   }
@@ -290,7 +295,10 @@ export class View {
       top.line.visible = show.trace && top.role !== "ghost";
       if (top.line.visible) top.line.update(i, this.traceRadius, show.thickness);
       this.drawPreviousTrace(top, this.page.previousMotion?.ways[i], show.thickness);
+      if (top.m) [top.m.visible, top.w.visible] = [show.momentum, show.velocity];
       if (top.role !== "thick") return;
+      this.drawTorque(top, i);
+      top.p.visible = show.vertical && this.page.scene.gravity !== 0;
       top.sphere.visible = show.trace;
       top.axes.visible = show.axes || !!this.isPivotMoving;
       top.drops.visible = show.drops || !!this.isHeld;
@@ -300,6 +308,24 @@ export class View {
       if (show.rod) top.rod.update(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
     });
     this.isDirty = true;
+  }
+  // Draw the weight at the centre of mass, and at the tip of m the torque about the fixed point,
+  // the rate of change of m.
+  drawTorque({ weight, torque, momentumTrace, m, body }, i) {
+    const { scene } = this.page;
+    const { com, mass } = this.page.body;
+    const force = new THREE.Vector3(0, 0, -mass * scene.gravity);
+    const isShown = scene.show.torque && force.z !== 0;
+    weight.visible = torque.visible = momentumTrace.visible = isShown;
+    if (!isShown) return;
+    const axes = toQuaternion(this.page.body.axes);
+    const lever = new THREE.Vector3(...com).applyQuaternion(axes).applyQuaternion(body.quaternion);
+    const largest = lever.length() * Math.abs(force.z) || 1;
+    weight.position.copy(lever).multiplyScalar(this.zoom);
+    weight.pointTo(0, 0, Math.sign(force.z) * WEIGHT_LENGTH);
+    torque.position.set(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
+    torque.pointTo(...lever.cross(force).multiplyScalar(TORQUE_LENGTH / largest));
+    momentumTrace.update(i, this.momentumZoom, scene.show.thickness);
   }
   // Draw the trace of the motion before a push.
   drawPreviousTrace(top, way, thickness) {
@@ -336,6 +362,8 @@ export class View {
       nameArrow("m", top.m, "angular momentum"),
       nameArrow("ω", top.w, "angular velocity"),
       nameArrow("p", top.p, "the vertical, as long as gravity is strong"),
+      nameArrow("weight", top.weight, "the weight, at the centre of mass"),
+      nameArrow("torque", top.torque, "torque of the weight: the rate of change of m"),
       ...this.listCircleLabels(top),
       ...this.listNames(top),
     ];

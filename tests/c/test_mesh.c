@@ -113,7 +113,7 @@ static void test_reach(void)
 }
 static kr_trail trail_of(const kr_simulation_slot *a)
 {
-    const kr_trail trail = {a->trace, KR_SIMULATION_TRACE, a->steps,
+    const kr_trail trail = {a->attitudes, a->momenta, KR_SIMULATION_TRACE, a->steps,
                             (double)a->step / KR_SIMULATION_TICKS};
     return trail;
 }
@@ -142,14 +142,36 @@ static void test_way(void)
     NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(v_length(at(KR_MESH_POINTS - 1)), 0.98 + 0.02 / KR_MESH_POINTS, 1e-6);
 }
+/* The tip of the momentum moves level, at the rate of the torque. */
+static void test_momentum_way(void)
+{
+    const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 1000000);
+    const kr_trail trail = trail_of(actor);
+    const kr_body body = actor->scene.body;
+    IS(kr_mesh_momentum_trail(&trail, 2.0, point) == 101);
+    NEAR(off(v_scale(0.5, at(0)), actor->now.m), 0.0, 1e-6);
+    NEAR(off(v_scale(0.5, at(100)), actor->scene.start.m), 0.0, 1e-6);
+    const kr_vec3 lever = q_turn(actor->attitudes[99], body.com),
+                  weight = v3(0.0, 0.0, -body.mass * actor->scene.gravity),
+                  change = v_scale(0.5 / (2.0 * 0.01), v_sub(at(0), at(2)));
+    NEAR(off(change, v_cross(lever, weight)), 0.0, 1e-3);
+    NEAR(change.z, 0.0, 1e-4);
+}
 /* A trail may hold more points than are drawn, or may have lost its beginning. */
 static void test_trails(void)
 {
     enum { LONG = 5 * KR_MESH_POINTS };
     static kr_quat attitude[LONG];
+    static kr_vec3 momentum[LONG];
     const kr_body body = kr_scene_default().body;
     for (int k = 0; k < LONG; k++) attitude[k] = q_exp(v3(0.0, 0.0, 0.001 * k));
-    const kr_trail all = {attitude, LONG, LONG - 1, 0.01}, last = {attitude, 3, 100, 0.1};
+    for (int k = 0; k < LONG; k++) momentum[k] = v3(k, 2.0, -1.0);
+    const kr_trail all = {attitude, momentum, LONG, LONG - 1, 0.01},
+                   last = {attitude, momentum, 3, 100, 0.1};
+    IS(kr_mesh_momentum_trail(&all, 0.5, point) == KR_MESH_POINTS);
+    NEAR(off(at(1), v3(0.5 * (LONG - 3), 1.0, -0.5)), 0.0, 1e-3); /* every other step */
+    IS(kr_mesh_momentum_trail(&last, 1.0, point) == 3);
+    NEAR(off(at(0), v3(100 % 3, 2.0, -1.0)), 0.0, 0.0);
     IS(kr_mesh_trail(&body, &all, 1.0, point) == KR_MESH_POINTS);
     IS(kr_mesh_rod(&body, &last, 1.0, 0.1, 0.5, point) == 3);
     IS(kr_mesh_trail(&body, &last, 1.0, point) == 3);
@@ -170,7 +192,7 @@ static void test_rod(void)
     NEAR(off(centre(0), v3(0.0, 0.0, 0.0)), 0.0, 1e-6);
     for (int ring = 0; ring + 1 < n; ring++) {
         kr_state then = actor->now;
-        then.q = actor->trace[300 - 5 * ring];
+        then.q = actor->attitudes[300 - 5 * ring];
         const kr_vec3 step = v_sub(centre(ring), centre(ring + 1));
         NEAR(off(step, v_scale(0.8 * 0.05, kr_state_apex(&actor->scene, &then))), 0.0, 1e-6);
     }
@@ -226,6 +248,7 @@ int main(void)
     test_box_of_a_plate_and_of_none();
     test_reach();
     test_way();
+    test_momentum_way();
     test_trails();
     test_rod();
     test_section();

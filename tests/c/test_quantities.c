@@ -278,6 +278,50 @@ static void test_modified_energies(void)
     NEAR((kr_state_modified_energy4(&s, &s.start, 2.0 * h) - energy) / fourth, 4.0, 1e-3);
 }
 
+/* Writes the values of all components of a quantity, after a change of one number: of the rotation
+ * vector (k < 3), the momentum (k < 6), or a parameter in the order of the tangents. */
+static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, double by,
+                          double out[])
+{
+    double *const numbers[] = {
+        &s.start.m.x,      &s.start.m.y,  &s.start.m.z,  &s.body.inertia.x, &s.body.inertia.y,
+        &s.body.inertia.z, &s.body.com.x, &s.body.com.y, &s.body.com.z,     &s.gravity,
+        &s.body.mass,      &s.damping.x,  &s.damping.y,  &s.damping.z};
+    if (k < 3)
+        s.start.q = q_mul(s.start.q, about(v3(k == 0, k == 1, k == 2), by));
+    else
+        *numbers[k - 3] += by;
+    kr_quantity_values(quantity, &s, 1, &s.start, out);
+}
+/* Derivatives by the state and by each parameter equal differences. The tangents at the start are
+ * the unit matrix, and zero for parameters. */
+static void test_derivatives(const kr_scene *s)
+{
+    const uint64_t by = 2 * KR_TANGENT_DAMPING - 1;
+    const double step = 0x1p-18;
+    double start[6][KR_TANGENT_COLUMNS_MAX] = {{0.0}}, ahead[9], behind[9],
+           out[KR_QUANTITY_DOUBLES_MAX * KR_TANGENT_COLUMNS_MAX];
+    for (int i = 0; i < 6; i++) start[i][i] = 1.0;
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        kr_quantity_tangents(quantity, s, 1, &s->start, by, start[0], out);
+        if (quantity == kr_quantity_find("q")) {
+            for (size_t k = 0; k < 3 * KR_TANGENT_COLUMNS_MAX; k++)
+                NEAR(out[k], start[k / KR_TANGENT_COLUMNS_MAX][k % KR_TANGENT_COLUMNS_MAX], 1e-15);
+            continue;
+        }
+        for (size_t k = 0; k < KR_TANGENT_COLUMNS_MAX; k++) {
+            values_beside(quantity, *s, k, step, ahead);
+            values_beside(quantity, *s, k, -step, behind);
+            for (size_t j = 0; j < kr_quantity_doubles(quantity); j++) {
+                const double told = (ahead[j] - behind[j]) / (2.0 * step),
+                             own = out[j * KR_TANGENT_COLUMNS_MAX + k];
+                IS(isnan(told) == isnan(own));
+                if (!isnan(own)) NEAR(told, own, 1e-7 * (1.0 + fabs(own)));
+            }
+        }
+    }
+}
 int main(void)
 {
     test_table();
@@ -291,5 +335,10 @@ int main(void)
     test_components();
     test_apex_without_a_lever();
     test_modified_energies();
+    for (int i = 0; i < 50; i++) {
+        kr_scene s = random_scene();
+        s.damping = v3(uniform(0.1, 0.5), uniform(0.1, 0.5), uniform(0.1, 0.5));
+        test_derivatives(&s);
+    }
     return check_result();
 }

@@ -94,7 +94,7 @@ static void test_tangents_of_a_new_scene(kr_config config)
 {
     const kr_scene s = scene_for(taylor());
     double got[6 * KR_TANGENT_COLUMNS_MAX], want[6 * KR_TANGENT_COLUMNS_MAX];
-    config.tangents = 2 * KR_TANGENT_MASS - 1;
+    config.tangents = 2 * KR_TANGENT_DAMPING - 1;
     kr_top *top = make(&s, taylor(), config);
     for (int i = 0; i < STARTS; i++) {
         const kr_scene other = another_scene(&s, taylor());

@@ -42,7 +42,7 @@ static void test_states(void)
     IS(kr_top_advance(top, 100 * 0.07) == KR_OK);
     alone = kr_top_state(top);
     IS(same(alone, stage.slots[1].now));
-    IS(memcmp(&stage.slots[1].trace[100], &alone.q, sizeof alone.q) == 0);
+    IS(memcmp(&stage.slots[1].attitudes[100], &alone.q, sizeof alone.q) == 0);
     IS(stage.slots[0].steps == 700 && stage.slots[1].steps == 100 && stage.slots[2].steps == 100);
     kr_top_free(top);
 }

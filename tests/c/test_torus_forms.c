@@ -10,6 +10,7 @@
 typedef struct plan_head {
     double rate, certificate, mismatch;
     int refusal;
+    double frequency[2];
 } plan_head;
 /* A closed form, its functions of kreisel.h, and what the tests expect of it. */
 typedef struct form_case {
@@ -17,6 +18,7 @@ typedef struct form_case {
     size_t (*size)(void);
     kr_status (*plan)(const kr_scene *scene, double bound, void *memory, const void **out);
     kr_state (*state)(const void *plan, double t);
+    kr_state (*state_at)(const void *plan, double first, double second);
     plan_head (*head)(const void *plan);
     kr_scene (*draw)(void);         /* returns a random top */
     kr_scene some, other, rest;     /* two tops of the same body, and a top that is refused */
@@ -38,10 +40,14 @@ static kr_state state_of_kowalewski(const void *plan, double t)
 {
     return kr_kowalewski_state(plan, t);
 }
+static kr_state kowalewski_at(const void *plan, double first, double second)
+{
+    return kr_kowalewski_state_at(plan, first, second);
+}
 static plan_head head_of_kowalewski(const void *plan)
 {
     const kr_kowalewski *k = plan;
-    return (plan_head){k->second, k->certificate, k->mismatch, k->refusal};
+    return (plan_head){k->second, k->certificate, k->mismatch, k->refusal, {k->first, k->second}};
 }
 static kr_scene draw_kowalewski(void) { return drawn_top_of_ratio(2.0); }
 static kr_status plan_chaplygin(const kr_scene *scene, double bound, void *memory, const void **out)
@@ -55,10 +61,14 @@ static kr_state state_of_chaplygin(const void *plan, double t)
 {
     return kr_goryachev_chaplygin_state(plan, t);
 }
+static kr_state chaplygin_at(const void *plan, double first, double second)
+{
+    return kr_goryachev_chaplygin_state_at(plan, first, second);
+}
 static plan_head head_of_chaplygin(const void *plan)
 {
     const kr_goryachev_chaplygin *g = plan;
-    return (plan_head){g->first, g->certificate, g->mismatch, g->refusal};
+    return (plan_head){g->first, g->certificate, g->mismatch, g->refusal, {g->first, g->second}};
 }
 static kr_scene draw_chaplygin(void)
 {
@@ -202,6 +212,22 @@ static void batches_and_instruction_sets_agree(const form_case *c)
             if (isa->runs_here()) check_instruction_set(c, isa, &s, plan);
     }
 }
+/* A copy of the used part of a plan is a plan. */
+static void a_copy_of_the_used_part_is_a_plan(const form_case *c)
+{
+    const kr_torus_scalar *scalar = kr_torus_widest_isa(c->form)->scalar;
+    for (int i = 0; i < 5; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) continue;
+        const size_t size = c->form->used_size(plan);
+        void *copy = malloc(size);
+        memcpy(copy, plan, size);
+        IS(size < c->form->plan_size);
+        IS(same(scalar->state(copy, 7.0), c->state(plan, 7.0)));
+        free(copy);
+    }
+}
 enum { TOPS = 5, TIMES_OF_TOPS = 4 };
 /* Writes states that a worker with the method `exact` computes at the times t. */
 static void run_worker(const kr_scene scenes[TOPS], const double t[],
@@ -242,6 +268,68 @@ static void tops_and_workers_give_the_same_states(const form_case *c)
         kr_top_free(own);
     }
 }
+enum { MANY = 300 };
+/* Fills t with times of which some are equal, and one is the start. */
+static void fill_times(double t[MANY])
+{
+    for (int i = 0; i < MANY; i++) t[i] = i % 70 == 69 ? t[i - 1] : 0.1 * i;
+}
+/* A poll function that stops a run when the number of remaining calls becomes zero. */
+static int stop_at_last_call(void *left) { return --*(int *)left == 0; }
+/* A top that records many times at once has the states, the steps and the failures of a top that
+ * records each time alone. */
+static void check_recording(const kr_scene *s, kr_config config, kr_status expected)
+{
+    double t[MANY];
+    kr_state out[MANY], own;
+    size_t done = 0;
+    int left[2] = {1, 1};
+    fill_times(t);
+    memset(out, 0, sizeof out);
+    config.context = &left[0];
+    kr_top *together = make(s, kr_method_find("exact"), config);
+    config.context = &left[1];
+    kr_top *alone = make(s, kr_method_find("exact"), config);
+    IS(kr_top_record(together, MANY, t, out, &done) == expected);
+    IS((done == MANY) == (expected == KR_OK) && done > 100);
+    for (size_t i = 0; i < done; i++) {
+        IS(kr_top_record(alone, 1, &t[i], &own, NULL) == KR_OK);
+        IS(same(own, out[i]));
+    }
+    IS(same(kr_top_state(together), kr_top_state(alone)));
+    IS(kr_top_stats(together).steps == kr_top_stats(alone).steps);
+    if (done < MANY) {
+        IS(kr_top_advance(alone, t[done]) == expected);
+        IS(out[done].q.w == 0.0 && out[done].t == 0.0);
+    }
+    kr_top_free(together);
+    kr_top_free(alone);
+}
+static void many_times_are_recorded_as_each_alone(const form_case *c)
+{
+    const kr_scene scenes[] = {c->some, kr_scene_default()};
+    for (int i = 0; i < 2; i++) {
+        check_recording(&scenes[i], (kr_config){0}, KR_OK);
+        check_recording(&scenes[i], (kr_config){.max_steps = 130}, KR_ERR_LIMIT);
+        check_recording(&scenes[i], (kr_config){.poll = stop_at_last_call}, KR_ERR_INTERRUPTED);
+    }
+}
+/* A worker polls after each top, because a set-up takes long. */
+static void a_worker_can_stop_after_each_top(const form_case *c)
+{
+    const double t = 1.0;
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    int left = 1 + 2; /* one call after the batch of other closed forms, and two tops */
+    const kr_config config = {.poll = stop_at_last_call, .context = &left};
+    kr_worker *worker = NULL;
+    const kr_tops tops = {.n = TOPS, .scenes = scenes, .times = 1, .t = &t, .outcomes = outcomes};
+    for (int i = 0; i < TOPS; i++) scenes[i] = c->some;
+    IS(kr_worker_create(kr_method_find("exact"), config, 0, NULL, &worker) == KR_OK);
+    IS(kr_worker_run(worker, &tops) == KR_ERR_INTERRUPTED);
+    for (int i = 0; i < TOPS; i++) IS(outcomes[i].status == (i < 2 ? KR_OK : KR_ERR_INTERRUPTED));
+    kr_worker_free(worker);
+}
 /* Without a requested end, a step is a period of the first angle. */
 static void a_step_is_a_period_of_the_first_angle(const form_case *c)
 {
@@ -281,6 +369,35 @@ static void checkpoints_go_on(const form_case *c)
     kr_top_free(top);
     kr_top_free(loaded);
 }
+/* Returns the difference between two states as seen from the body, where the heading does not
+ * matter. */
+static double off_in_body(const kr_scene *s, kr_state one, kr_state other)
+{
+    return off(q_vertical(one.q), q_vertical(other.q)) +
+           off(q_turn_back(one.q, one.m), q_turn_back(other.q, other.m)) / scale_of(s);
+}
+/* Both angles grow at the frequencies of the plan, and turns of them change nothing. */
+static void angles_of_the_torus_grow_linearly(const form_case *c)
+{
+    const double turn = 6.283185307179586;
+    for (int i = 0; i < 20; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) continue;
+        const plan_head head = c->head(plan);
+        const double a = uniform(0, 1), b = uniform(0, 1), t = 5.0 / head.rate;
+        kr_scene there = s;
+        there.start = c->state_at(plan, a, b);
+        IS(there.start.t == s.start.t);
+        there.start.q = q_unit(there.start.q);
+        const kr_state want = by_series(&there, t),
+                       got = c->state_at(plan, a + head.frequency[0] * t / turn,
+                                         b + head.frequency[1] * t / turn);
+        NEAR(off_in_body(&s, got, want), 0.0, 1e-12);
+        NEAR(off_in_body(&s, c->state_at(plan, a - 3.0, b + 2.0), there.start), 0.0, 1e-12);
+        IS(isnan(c->state_at(plan, INFINITY, b).q.w) && isnan(c->state_at(plan, a, NAN).m.x));
+    }
+}
 static void check_form(const form_case *c)
 {
     memory = malloc(c->size());
@@ -292,10 +409,14 @@ static void check_form(const form_case *c)
     results_scale_with_powers_of_two(c);
     axes_of_description_change_nothing(c);
     batches_and_instruction_sets_agree(c);
+    a_copy_of_the_used_part_is_a_plan(c);
     tops_and_workers_give_the_same_states(c);
+    many_times_are_recorded_as_each_alone(c);
+    a_worker_can_stop_after_each_top(c);
     a_step_is_a_period_of_the_first_angle(c);
     a_refused_reset_leaves_the_top_as_it_was(c);
     checkpoints_go_on(c);
+    angles_of_the_torus_grow_linearly(c);
     free(memory);
 }
 
@@ -309,6 +430,7 @@ static form_case kowalewski_case(void)
         .size = kr_kowalewski_size,
         .plan = plan_kowalewski,
         .state = state_of_kowalewski,
+        .state_at = kowalewski_at,
         .head = head_of_kowalewski,
         .draw = draw_kowalewski,
         .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
@@ -330,6 +452,7 @@ static form_case chaplygin_case(void)
         .size = kr_goryachev_chaplygin_size,
         .plan = plan_chaplygin,
         .state = state_of_chaplygin,
+        .state_at = chaplygin_at,
         .head = head_of_chaplygin,
         .draw = draw_chaplygin,
         .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),

@@ -42,7 +42,7 @@ static void choose_times(size_t i)
 /* Chooses tangents, which only taylor supports; other methods refuse them. */
 static void choose_tangents(void)
 {
-    asked.config.tangents = odds(20) ? KR_TANGENT_GROWTH : odds(2) ? choose(64) : 0;
+    asked.config.tangents = odds(20) ? KR_TANGENT_GROWTH : odds(2) ? choose(128) : 0;
     asked.directed = odds(30);
     for (int i = 0; i < 6; i++) asked.direction[i] = maybe_arbitrary(between(-1.0, 1.0), 3);
 }

@@ -82,7 +82,7 @@ static void picture(void)
     double momentum, velocity;
     if (stage.count == 0) return;
     const kr_simulation_slot *actor = &stage.slots[choose((uint64_t)stage.count)];
-    const kr_trail trail = {actor->trace, KR_SIMULATION_TRACE, actor->steps,
+    const kr_trail trail = {actor->attitudes, actor->momenta, KR_SIMULATION_TRACE, actor->steps,
                             (double)actor->step / KR_SIMULATION_TICKS};
     print_call("stage: picture");
     (void)kr_mesh_box(&actor->scene.body);

@@ -105,7 +105,7 @@ static kr_config any_config(const kr_scene *scene, const kr_method *method)
     config.max_steps = odds(70) ? 0 : (int64_t)choose(goes_far ? 2000 : 20);
     if (odds(2)) config.max_steps = -(int64_t)choose(9);
     if (flags & KR_METHOD_TANGENTS && !config.skip_heading ? odds(30) : odds(2))
-        config.tangents = odds(95) ? choose(2 * KR_TANGENT_MASS) : choose(UINT64_MAX);
+        config.tangents = odds(95) ? choose(2 * KR_TANGENT_DAMPING) : choose(UINT64_MAX);
     return config;
 }
 static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
@@ -123,7 +123,7 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
     const unsigned carries = kr_method_flags(p->method) & KR_METHOD_TANGENTS;
-    if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_MASS);
+    if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_DAMPING);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
 }

@@ -5,6 +5,7 @@ import itertools
 
 import kreisel as kr
 import numpy as np
+import pandas
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 from tops import CORNER, FREE, GENERAL, LAGRANGE, TILT
@@ -55,6 +56,16 @@ SOURCES = [
     kr.Source.scatter(TOP, 5, attitude=0.1),
     *(kr.Source.of(tops) for tops in ENSEMBLES if tops.size),
 ]
+RECORDS = [
+    kr.Record(SWAY.t[:12], {"body_velocity": SWAY.body_velocity[:12]}, 0.01, free="bias"),
+    kr.Record(SWAY.t[:12], {"q": SWAY.q[:12], "nutation": SWAY.nutation[:12]}, 0.1),
+]
+FITS = [
+    kr.fit(LAGRANGE, RECORDS[0]),
+    kr.fit(LAGRANGE, RECORDS[1], ("start", "lever"), loss="soft"),
+    kr.fit(LAGRANGE, RECORDS[1], ("start", "moments"), pieces=2),
+]
+TABLE = pandas.DataFrame({"t": [0.0, 0.1], "spin": [1.0, 2.0]})
 MOST = 300  # number of steps after which a run ends
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 TOML = TOP.to_toml()
@@ -119,6 +130,11 @@ RIGHT = {
     "name": ["thesis", "energy", "asymmetric"],
     "size": [16, 32],
     "axes": [None],
+    "x": ["spin_angle", "t"],
+    "y": ["axial_momentum", "q_w"],
+    "indicator": [None],
+    "time_unit": ["s", "T"],
+    "length_unit": ["m", "T"],
     "colour": [None, "red"],
     "message": ["it stopped"],
     "status": ["ERR_LIMIT"],
@@ -143,6 +159,16 @@ RIGHT = {
     "folder": ["swept", "half", "runs1"],
     "partial": FLAGS,
     "sweep": [None],
+    "records": [*RECORDS, RECORDS],
+    "free": [("start", "moments"), "velocity", ["start", "lever"]],
+    "loss": ["linear", "soft"],
+    "pieces": [None, 1, 2],
+    "max_evaluations": [1, 30],
+    "values": [{"spin": np.zeros(3)}, {"apex_x": [0.0] * 3, "energy": [1.0] * 3}],
+    "sigma": [None, 0.1],
+    "columns": [None, {"spin": "spin"}],
+    "frame": [TABLE],
+    "fit": [None, FITS[0]],
 }
 WORDS = {  # the keywords that a function accepts as **words
     "more": ["direction", "where", "max_count", "terminal"],
@@ -152,6 +178,12 @@ WORDS = {  # the keywords that a function accepts as **words
 WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # values of parameters whose meaning differs from call to call
+    **{f"Record{name}.free": [(), "bias", ["delay"]] for name in ("", ".from_csv", ".from_pandas")},
+    **{f"Record.{name}.t": ["t"] for name in ("from_csv", "from_pandas")},
+    "Record.t": [[0.0, 0.5, 1.0]],
+    "Record.from_csv.file": ["record.csv"],
+    "fit.scene": [LAGRANGE, TOP, ENSEMBLES[0]],
+    "Fit.error_of.function": [lambda scene: scene.gravity, lambda scene: scene.body.moments],
     **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
     "plot.path": [*PATHS, PATHS[:2]],
@@ -168,6 +200,9 @@ PARTICULAR = {  # values of parameters whose meaning differs from call to call
     "Indicator.curve": [np.ones(3), np.ones((2, 3))],
     "Indicator.certificate": [np.zeros(()), np.zeros(2)],
     "Indicator.status": [np.array("OK"), np.array(["OK", "ERR_LIMIT"])],
+    "Indicator.name": ["megno", "oli"],
+    "Indicator.final_megno": [np.ones(()), np.ones(2)],
+    "Indicator.turns": [np.ones(()), np.ones(2)],
     "Exact.tangents.t": [1.0, [0.5, 2.0]],
     "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
     "compare.t": [0.5, [0.25, 0.5]],

@@ -9,7 +9,13 @@ from argument_values import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 from kreisel import quaternion
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
-FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.SweepInterrupted
+FAILURES = (
+    kr.Error,
+    kr.Interrupted,
+    kr.CompareInterrupted,
+    kr.FitInterrupted,
+    kr.SweepInterrupted,
+)
 NAMES = "MethodName", "QuantityName"  # types of strings, which are never called
 NAMESPACES = kr, kr.events, quaternion, kr.scenes
 
@@ -40,6 +46,7 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Ensemble: [always(tops) for tops in argument_values.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(max_count=2, terminal=True))],
     kr.Events: [always(PATHS[2].events)],
+    kr.Fit: [always(fit) for fit in argument_values.FITS],
     kr.Frequencies: [always(kr.frequencies(argument_values.SWAY))],
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
     kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
@@ -58,6 +65,7 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Path: [always(path) for path in PATHS],
     kr.Paths: [always(paths) for paths in argument_values.MANY],
     kr.Plan: [always(path.plan) for path in PATHS],
+    kr.Record: [always(record) for record in argument_values.RECORDS],
     kr.Reductions: [always(reduced) for reduced in argument_values.REDUCED],
     kr.Rod: [always(kr.rod(kr.exact(LAGRANGE)([0, 1, 2])))],
     kr.Row: [always(table()[0])],
@@ -81,6 +89,7 @@ USERS = (
     kr.Body,
     kr.Bodies,
     kr.Ensemble,
+    kr.Record,
     kr.Scene,
 )  # classes that users instantiate; objects of all other classes come from kreisel
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]

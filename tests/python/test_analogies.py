@@ -194,8 +194,8 @@ def test_rods_are_drawn():
     pytest.importorskip("matplotlib")
     path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 10, 101))
     axes = kr.rod(path).plot()
-    (bar,) = axes.collections
-    assert 100 < len(bar.get_paths()) < 4 * 100, "of 402 faces those that face the eye"
+    (tube,) = axes.collections
+    assert 1000 < len(tube.get_paths()) < 24 * 100, "of 2424 faces those that face the eye"
     assert kr.rod(path).plot(axes) is axes and len(axes.collections) == 2, "in axes that are there"
 
 

@@ -17,7 +17,7 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from argument_values import HOSTILE, MOST, PARTICULAR, RIGHT, SOURCES, WORDS
+from argument_values import HOSTILE, MOST, PARTICULAR, RIGHT, SOURCES, TABLE, WORDS
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from public_api import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
@@ -42,14 +42,16 @@ IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "par
 # parameters that name files
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}
 # parameters with which a run may take hours if they are large
-LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}
+LIMITED = {"pieces": 3, "max_evaluations": 30, "repeats": 3, "n": 50, "fps": 10, "size": 64}
 # parameters that only label a value in error messages
 LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}
 # more parameters with which a run may take hours
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
 
 CALLS = calls()
-pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*unphysical")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:no body has this inertia", "ignore:.*unphysical", "ignore:the fit did not converge"
+)
 
 
 class Endless(BaseException):
@@ -69,6 +71,7 @@ def place(tmp_path_factory):
         patch.setenv("XDG_CACHE_HOME", str(folder))
         patch.setattr(webbrowser, "open", lambda *_, **__: True)
         kr.solve(kr.scenes.asymmetric, [1, 2]).save("top.npz")
+        TABLE.to_csv("record.csv", index=False)
         kr.scenes.thesis.to_toml("top.toml")
         kr.start(kr.scenes.asymmetric).save("top.run")
         for name, parts in {"swept": None, "half": range(1)}.items():

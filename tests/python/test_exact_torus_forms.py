@@ -87,16 +87,12 @@ def test_integrals_are_constant_at_any_time(form):
     assert np.ptp(getattr(path, form.integral)) < 1e-13
 
 
-def test_method_exact_applies_and_auto_uses_taylor(form):
+def test_the_method_exact_gives_the_states_of_the_closed_form(form):
     t = [1.0, 20.0]
     path = kr.solve(form.scene, t, method="exact")
     assert path.method == "exact" and apart(path, kr.exact(form.scene)(t)) < 5e-15
-    assert kr.solve(form.scene, t).method == "taylor"
-    other = form.scene.replace(momentum=(1.3, 0.0, 0.0))
-    ensemble = kr.Ensemble.of([form.scene, other])
-    one = kr.solve(other, t, method="exact")
-    assert np.array_equal(kr.solve(ensemble, t, method="exact")[1].q, one.q)
-    assert kr.solve(ensemble, t)[0].method == "taylor"
+    with pytest.raises(ValueError, match="of com lead to bodies without closed form"):
+        kr.solve(form.scene, t, method="exact", tangents="start")
 
 
 def test_motions_without_closed_form_are_refused_by_name(form):
@@ -108,14 +104,19 @@ def test_motions_without_closed_form_are_refused_by_name(form):
         kr.solve(rest, 1.0, method="exact")
     with pytest.raises(ValueError, match="damping"):
         kr.exact(form.scene.replace(damping=(0.1, 0.1, 0.1)))
-    with pytest.raises(ValueError, match="for single scenes only"):
-        kr.exact([form.scene, form.scene])
 
 
-def test_a_body_that_misses_the_ratio_has_a_mismatch(form):
-    pair = 0.1 * form.ratio
-    body = form.body((pair, pair, float(np.nextafter(0.1, 1.0))))
-    assert 0.0 < kr.exact(form.scene.replace(body=body)).mismatch < 1e-15
+def test_the_error_of_a_path_includes_the_mismatch(form):
+    t = [10.0, 3000.0]
+    bodies = form.body(), form.body((form.ratio * 0.1, form.ratio * 0.1, 0.1 * (1.0 + 6e-15)))
+    exact, missed = (form.scene.replace(body=body, gravity=0.1) for body in bodies)
+    assert kr.exact(exact).mismatch == 0.0 and kr.solve(exact, t, method="exact").error < 5e-14
+    mismatch, path = kr.exact(missed).mismatch, kr.solve(missed, t, method="exact")
+    assert 5e-15 < mismatch < 7e-15
+    true = kr.solve(missed, t, digits=20)
+    assert path.error == pytest.approx(kr.attitude_error(path.q, true.q).max(), rel=1e-3)
+    turned = 3000.0 * np.linalg.norm(path.velocity[0])
+    assert 0.05 < path.error / (mismatch * turned) < 5.0
 
 
 def test_the_closed_form_survives_pickling(form):

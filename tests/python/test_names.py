@@ -19,7 +19,7 @@ def test_no_public_name_is_a_module_and_something_else():
 
 def test_rooms_are_marked_private():
     rooms = [folder.name for folder in PACKAGE.iterdir() if (folder / "__init__.py").is_file()]
-    assert len(rooms) == 9 and all(name.startswith("_") for name in rooms)
+    assert len(rooms) == 10 and all(name.startswith("_") for name in rooms)
 
 
 def test_a_method_says_what_it_is():

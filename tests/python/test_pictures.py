@@ -14,8 +14,10 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._plot import solids
-from kreisel._plot.solids import draw_bar, revolve
+from kreisel._plot.solids import draw_tube, revolve
+from kreisel._plot.stage import STEEL
 from matplotlib.animation import FFMpegWriter
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -30,7 +32,7 @@ PNG, GIF = b"\x89PNG\r\n", b"GIF89a"
 def test_the_lines_have_the_data_of_the_path(degrees, back):
     path = kr.solve(kr.scenes.cusps, np.linspace(0, -6 if back else 6, 301))
     unit = np.degrees(1) if degrees else 1
-    sphere, nutation, precession = kr.plot(path, degrees=degrees)
+    sphere, nutation, precession = kr.plot(path, **({} if degrees else {"degrees": False}))
     line, upper, lower = nutation.lines
     assert np.array_equal(line.get_xdata(), path.t)
     assert line.get_ydata() == pytest.approx(unit * path.nutation, rel=1e-15)
@@ -50,7 +52,7 @@ def test_the_lines_have_the_data_of_the_path(degrees, back):
 def test_the_precession_is_interrupted_where_it_jumps(back):
     """Check that the curve has gaps where the apex passes the vertical, every 8.2 units of time."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
-    line = kr.plot(path)[2].lines[0]
+    line = kr.plot(path, degrees=False)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()
     gaps = np.flatnonzero(np.isnan(t))
     assert np.isnan(around[gaps]).all() and len(gaps) == 8
@@ -64,7 +66,8 @@ def test_the_precession_is_interrupted_where_it_jumps(back):
 
 
 def test_a_top_that_starts_upright_has_no_spur():
-    line = kr.plot(kr.solve(kr.scenes.kowalewski, np.linspace(0, 20, 2001)))[2].lines[0]
+    path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 20, 2001))
+    line = kr.plot(path, degrees=False)[2].lines[0]
     assert np.nanmax(np.abs(np.diff(line.get_ydata()))) < 0.5
 
 
@@ -126,7 +129,7 @@ def test_a_picture_leaves_no_room_empty():
 
 def test_events_are_marked():
     path = kr.solve(GENERAL, np.linspace(0, 20, 2001), events=[kr.events.nutation()])
-    _, nutation, precession = kr.plot(path)
+    _, nutation, precession = kr.plot(path, degrees=False)
     _, dots = nutation.lines
     assert len(path.events) > 4 and np.array_equal(dots.get_xdata(), path.events.t)
     assert dots.get_ydata() == pytest.approx(path.events.path.nutation, abs=1e-15)
@@ -174,7 +177,8 @@ def test_what_cannot_be_drawn_is_refused():
 
 def test_what_is_wanted_is_enough():
     path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
-    assert np.array_equal(kr.plot(path)[1].lines[0].get_ydata(), path.nutation)
+    drawn = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
+    assert np.array_equal(drawn, path.nutation)
 
 
 def test_pyplot_is_left_alone():
@@ -184,6 +188,11 @@ def test_pyplot_is_left_alone():
         "assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def steel_lines(figure):
+    """Return the points of the needle and of the lever in a frame of a film."""
+    return [line.get_xydata() for line in figure.axes[0].lines if line.get_color() == STEEL]
 
 
 def frames_of(file):
@@ -240,8 +249,7 @@ def test_a_film_runs_the_way_of_its_path(tmp_path):
 def test_the_needle_of_a_film_begins_where_the_body_ends():
     figure = next(CUSPS.animate(fps=1, size=50)._draw_frames())
     assert figure.axes[0].get_aspect() == kr.plot(CUSPS)[0].get_aspect() == 1.0
-    lines = [line.get_xydata() for line in figure.axes[0].lines]
-    (needle,) = [line for line in lines if len(line) == 2]
+    needle, _ = steel_lines(figure)
     part = needle[0] @ needle[1] / (needle[1] @ needle[1])
     assert 0.0 < part < 1.0 and needle[0] == pytest.approx(part * needle[1], abs=1e-12)
 
@@ -368,20 +376,23 @@ def test_examples_run(what):
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
 
 
-def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
+@pytest.mark.parametrize("section", [(1.0, 0.25), (0.25, 1.0)])
+def test_a_tube_is_a_thirtieth_of_its_length_thick_and_as_wide_as_its_section(section):
     (axes,) = Figure().subplots(1, squeeze=False)[0]
     along = np.linspace(0.0, 3.0, 5)
-    centre = np.stack([np.zeros(5), along, np.zeros(5)], axis=-1)
-    draw_bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
+    centre = np.stack([along, np.zeros(5), np.zeros(5)], axis=-1)
+    normals = np.tile(np.eye(3)[[1, 2]], (5, 1, 1))  # away from the eye, and upwards
+    draw_tube(centre, normals, section, axes, elevation=0.0)
     drawn = axes.collections[0].get_paths()
     heights = np.concatenate([path.vertices[:, 1] for path in drawn])
-    assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)
+    assert len(drawn) and np.ptp(heights) == pytest.approx(0.1 * section[1])
 
 
 def test_paths_may_be_given_one_after_the_other():
     picture = kr.plot(CUSPS, CUSPS, CUSPS, degrees=True)
     assert len(picture) == 9 and picture[1].get_ylabel() == "nutation [°]"
-    assert len(kr.plot(CUSPS, CUSPS, axes=kr.plot([CUSPS, CUSPS]))) == 6
+    assert len(kr.plot(CUSPS, CUSPS, axes=kr.plot([CUSPS, CUSPS]))) == 7
+    assert len(kr.plot(CUSPS, CUSPS, axes=kr.plot([CUSPS, CUSPS])[:6])) == 6
     axes = kr.plot(CUSPS)
     assert tuple(kr.plot(CUSPS, axes)) == tuple(kr.plot(CUSPS, axes=axes)) == tuple(axes)
     for more, words in (((CUSPS, axes), {}), ((axes,), {"axes": axes})):
@@ -406,7 +417,8 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 def corners_of_film(film):
     """Return the projected corners of the faces of the body in the first frame of a film."""
-    (solid,) = next(film._draw_frames()).axes[0].collections
+    drawn = next(film._draw_frames()).axes[0].collections
+    (solid,) = [part for part in drawn if isinstance(part, PolyCollection)]
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
@@ -426,9 +438,8 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
 def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
     scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1))
     figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._draw_frames())
-    levers = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == 2]
-    (lever,) = [line for line in levers if not line[0].any()]
-    (needle,) = [line for line in levers if line[0].any()]
+    needle, lever = steel_lines(figure)
+    assert not lever[0].any() and needle[0].any()
     assert 0.1 < np.hypot(*lever[1]) < np.hypot(*needle[0])
 
 

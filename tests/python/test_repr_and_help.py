@@ -84,6 +84,6 @@ def test_help_tells_every_number_of_a_closed_form():
 
 def test_an_indicator_shows_itself_in_one_line():
     one = kr.megno(kr.scenes.asymmetric, 5.0)
-    assert repr(one).endswith(f": {one.value:.6g} at t = 5>")
+    assert repr(one).endswith(f": {one.value:.6g} at t = 5; regular, in doubt: under 100 turns>")
     three = kr.megno(kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1), [2.0, 5.0])
-    assert repr(three).endswith(": 3 tops at t = 5, 0 failed>")
+    assert repr(three).endswith(": 3 tops at t = 5; 0 chaotic, 3 in doubt, 0 failed>")

@@ -237,6 +237,90 @@ def test_tangents_agree_with_differences(digits):
         assert np.abs(path.tangents[-1][:, 3:] - np.array(columns).T).max() < 1e-8
 
 
+def test_the_angular_acceleration_is_the_derivative_of_the_angular_velocity():
+    for body in (GENERAL, TENSOR, BODIES["spherical"]):
+        scene = kr.Scene(body, **START, damping=(0.02, 0.3, 0.1))
+        t = np.linspace(0.5, 0.5 + 8e-3, 9)
+        path = kr.solve(scene, t, digits=20)
+        weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
+        slope = weights @ path.body_velocity
+        assert np.abs(slope - path.body_acceleration[4]).max() < 1e-11
+        plain = kr.solve(scene.replace(body=replace(body, rotor=(0, 0, 0))), t)
+        assert np.abs(slope - plain.body_acceleration[4]).max() > 0.1
+
+
+def test_closed_forms_of_an_ensemble_with_axial_rotors_are_those_of_each_top():
+    for body, axis in AXIAL[:4]:
+        tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))
+        form, t = kr.exact(tops), np.array([-2.0, 0.0, 3.0])
+        ahead = kr.solve(tops, t[1:], "exact")
+        assert np.isnan(form.certificate).all()
+        for i in range(3):
+            alone = kr.exact(tops[i])
+            for times in (t, t[2:]):
+                assert form(times)[i].tobytes() == alone(times).states.tobytes()
+            for name in ("period", "precession", "spin", "critical_spin", "t_least"):
+                assert getattr(form, name)[i] == getattr(alone, name)
+            assert ahead.states[i][1].tobytes() == alone(3.0).states.tobytes()
+            one = kr.solve(tops[i], t[1:], "exact")
+            assert np.abs(ahead.states[i] - one.states).max() < 1e-15
+
+
+def test_ensembles_refuse_closed_forms_that_a_rotor_excludes():
+    for gravity in (0.0, 1.3):
+        scene = kr.Scene(GENERAL, **{**START, "gravity": gravity})
+        for tops in (scene.vary(mass=[1.0, 2.0]), scene.vary(momentum=[(0, 0, 1), (0, 1, 0)])):
+            with pytest.raises(ValueError, match="rotor"):
+                kr.exact(tops)
+            with pytest.raises(ValueError, match="rotor"):
+                kr.solve(tops, 1.0, "exact")
+            assert kr.plan(tops, [0.0, 1.0]).closed_form == 0
+            assert not kr.solve(tops, [0.0, 1.0]).status.any()
+
+
+def measure(scene, names, n=200, end=3.0, sigma=0.005):
+    """Return a record of quantities of `scene` with normally distributed noise."""
+    t, rng = np.linspace(0.0, end, n), np.random.default_rng(4)
+    path = kr.solve(scene, t)
+    values = {name: np.array(getattr(path, name)) for name in names}
+    # an attitude turns by twice the change of its quaternion
+    scale = {"q": 0.5 * sigma}
+    noisy = {k: v + scale.get(k, sigma) * rng.normal(size=v.shape) for k, v in values.items()}
+    if "q" in noisy:
+        noisy["q"] /= np.linalg.norm(noisy["q"], axis=1)[:, None]
+    return kr.Record(t, noisy, sigma)
+
+
+@pytest.mark.parametrize(
+    "names", [("body_velocity", "apex"), ("velocity", "apex"), ("kinetic", "m")]
+)
+def test_a_fit_finds_the_body_that_carries_a_known_rotor(names):
+    truth = HEAVY.replace(momentum=(1.0, -2.0, 3.0))
+    record = measure(truth, names)
+    guess = truth.replace(body=replace(GENERAL, inertia=(1.4, 2.0, 1.8)), momentum=(0.9, -1.9, 3.2))
+    fit = kr.fit(guess, record)
+    assert fit.converged and fit.scene.body.rotor == ROTOR
+    for name, moment in {"I1": 1.3, "I2": 2.1, "I3": 1.7}.items():
+        assert abs(fit.values[name] - moment) < 4.0 * fit.error[name] < 0.1
+    assert fit.chi2 < 1.3 * fit.dof
+
+
+def test_a_fit_guesses_the_start_of_a_body_with_a_rotor():
+    truth = HEAVY.replace(momentum=(1.0, -2.0, 3.0))
+    far = truth.replace(momentum=(0.0, 0.0, 0.1), attitude=(1.0, 0.0, 0.0, 0.0))
+    for name in ("q", "body_velocity"):
+        fit = kr.fit(far, measure(truth, (name,)))
+        assert fit.chi2 < 1.3 * fit.dof
+    axial = kr.Body(1.0, (1.0, 1.0, 0.6), (0, 0, 0.4), unphysical=True, rotor=(0, 0, 5.0))
+    spun = kr.Scene.spinning(axial, spin=12.0, tilt=0.8, precession=1.5, gravity=9.81)
+    still = spun.replace(momentum=(0, 0, 1), attitude=(1.0, 0.0, 0.0, 0.0))
+    fit = kr.fit(still, measure(spun, ("apex",)), ("start",))
+    assert fit.chi2 < 1.3 * fit.dof
+    assert kr.solve(fit.scene, [0.0]).spin[0] == pytest.approx(12.0, rel=0.01)
+    with pytest.raises(ValueError, match="axes cannot be free"):
+        kr.fit(truth, measure(truth, ("q",)), ("start", "axes"))
+
+
 def test_runs_are_resumed_with_the_same_bits():
     for method, options in {"taylor": {}, "suzuki4": {"step": 0.02}, "extrap": {}}.items():
         run = kr.start(HEAVY, method, **options)
@@ -306,6 +390,7 @@ def test_whatever_does_not_know_rotors_says_so():
         lambda: kr.solve(HEAVY.replace(gravity=0), 1.0, "exact"),
         lambda: kr.exact(axial, map="bobenko_suris", step=0.01),
         lambda: kr.lyapunov(HEAVY, 10.0),
+        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
         lambda: kr.view(HEAVY, open=False),
         lambda: kr.rod(path),
         lambda: path.conditioning,

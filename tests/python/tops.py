@@ -31,3 +31,10 @@ def scene_for(method):
 
 def words_for(method):
     return {} if kr.methods[method].adaptive else {"step": 0.0625}
+
+
+def random_starts(n, seed):
+    """Return random attitudes (n, 4) and momenta (n, 3)."""
+    rng = np.random.default_rng(seed)
+    q = rng.standard_normal((n, 4))
+    return q / np.linalg.norm(q, axis=1)[:, None], rng.standard_normal((n, 3))

@@ -73,9 +73,19 @@ VALUE = """double kr_state_height(const kr_scene *scene, const kr_state *s)
     return kr_state_apex(scene, s).z;
 }
 """
+DERIVATIVE = """static void tangent_of_height(const quantity_point *at, const quantity_change *by,
+                              double out[])
+{
+    double apex[3];
+    tangent_of_apex(at, by, apex);
+    *out = apex[2];
+}
+"""
 
 
 def add_quantity(house):
     """Add the height of the apex as a quantity, but omit the test that the recipe requires."""
     house.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
     house.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)
+    before = "static void tangent_of_body_velocity("
+    house.insert("quantity", "csrc/model/quantity_tangents.c", before, DERIVATIVE)

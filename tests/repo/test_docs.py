@@ -110,12 +110,44 @@ def test_plain_docstrings_become_lists_code_and_links():
     ]
 
 
-def test_the_first_steps_run(tmp_path):
-    blocks = re.findall(r"^```python\n(.*?)^```", (DOCS / "start.md").read_text(), re.M | re.S)
-    program = tmp_path / "start.py"
+PROGRAMS = {"start": 6, "coming_from": 4, "scope": 1}  # numbers of programs of the pages
+
+
+@pytest.mark.parametrize("page", PROGRAMS)
+def test_the_programs_of_a_page_run(page, tmp_path):
+    text = (DOCS / f"{page}.md").read_text()
+    blocks = re.findall(r"^```\{run\}\n(?::alt: [^\n]*\n\n)?(.*?)^```", text, re.M | re.S)
+    program = tmp_path / "program.py"
     program.write_text("\n".join(blocks))
-    assert len(blocks) == 3
+    assert len(blocks) == PROGRAMS[page]
     run(sys.executable, "-W", "error", program, cwd=tmp_path)
+
+
+def test_a_program_shows_its_output_and_its_last_value():
+    pytest.importorskip("docutils")
+    pytest.importorskip("sphinx_gallery")
+    from making.run_blocks import render_value, run_program
+
+    names = {}
+    assert run_program("a = 2\nprint(a)\na + 1", names) == ("2", 3)
+    assert run_program("b = 5 * a", names) == ("", None) and names["b"] == 10
+    assert run_program("", names) == ("", None)
+    with pytest.raises(ZeroDivisionError):
+        run_program("1 / 0", names)
+    assert render_value(3, "three") == "" == render_value(None, "")
+    path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+    assert render_value(kr.plot(path), 'a "top"').startswith('<img alt="a &quot;top&quot;" src="d')
+    assert render_value(path.plan, "").startswith("<table>")
+
+
+def test_the_site_cites_this_version():
+    assert f"version = {{{kr.__version__}}}," in (DOCS / "citing.md").read_text()
+
+
+def test_the_index_of_the_package_has_a_line_for_each_name():
+    index = (DOCS / "api/index.md").read_text()
+    names = re.findall(r"^   (\w+)$", index, re.M)
+    assert sorted(names) == sorted(set(kr.__all__) - {"__version__", "MethodName", "QuantityName"})
 
 
 def test_make_tells_of_it():

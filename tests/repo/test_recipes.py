@@ -16,8 +16,9 @@ import numpy as np
 
 
 def test_height_is_the_third_component_of_the_apex():
-    path = kr.solve(kr.scenes.thesis, [1.0, 2.0])
+    path = kr.solve(kr.scenes.thesis, [1.0, 2.0], tangents="start")
     assert np.array_equal(path.height, path.apex[:, 2])
+    assert np.array_equal(path.derivative("height"), path.derivative("apex")[:, 2])
 """
 METHOD = """/* Kick and free drift: the splitting of first order (splitting.h). Keeps <m,p>. */
 #include "splitting.h"
@@ -88,8 +89,8 @@ def house(tmp_path_factory):
     return made
 
 
-def test_a_quantity_touches_three_files(house):
-    assert len(house.touched["quantity"]) == 3
+def test_a_quantity_touches_four_files(house):
+    assert len(house.touched["quantity"]) == 4
     told = house.python(
         "import kreisel as kr, json",
         "path = kr.solve(kr.scenes.thesis, [1.0], want=('height',))",

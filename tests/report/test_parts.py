@@ -74,7 +74,7 @@ def tree(tmp_path_factory):
     (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
     contents = copy / "validation/report/contents.py"
     text = contents.read_text()
-    text = text.replace("chaos, ensembles, ", "chaos, ensembles, headcount, ")
+    text = text.replace("    ensembles,\n", "    ensembles,\n    headcount,\n")
     contents.write_text(
         text.replace("    omissions.PART,\n", "    headcount.PART,\n    omissions.PART,\n")
     )

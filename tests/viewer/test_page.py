@@ -229,7 +229,7 @@ def test_files(page, browser, tmp_path):
     assert read_scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
         "kreisel.readStates()"
     )
-    page.get_by_role("button", name="Link").click()
+    page.get_by_role("button", name="Share").click()
     link = page.url
     page.evaluate("history.replaceState(null, '', '#')")
     other.goto("about:blank")

@@ -26,7 +26,7 @@ from browser import (
     "role, name, keys, key, expected",
     [
         ("slider", "Step", "ArrowRight", "step", lambda step: step == [0.011]),
-        ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
+        ("slider", "Speed", "End", "speed", lambda speed: speed >= 10),
         ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
         ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
         ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),

@@ -266,8 +266,61 @@ def test_no_scripts_is_told(browser):
     context.close()
 
 
-def test_a_link_leaves_out_what_is_as_always(page):
+def share(page):
+    """Share the scene, and return the part of the link after the address of the page."""
+    page.get_by_role("button", name="Share").click()
+    return page.evaluate(
+        """() => {
+        const link = location.hash;
+        history.replaceState(null, '', '#');
+        kreisel.page.showMessage('');
+        return link;
+    }"""
+    )
+
+
+@pytest.mark.parametrize(
+    "preset, changes",
+    [
+        ("A spinning top", {}),
+        ("Steady precession", {"gravity": 5}),
+        ("Sleeping top", {"step": [0.02]}),
+        ("Elastic rod", {"show": {"torque": True}}),
+        ("A spinning top", {"name": "My own top", "momentum": [0.1, 0.2, 3]}),
+    ],
+)
+def test_link_has_the_differences_from_a_preset_only(browser, page, preset, changes):
+    load(page, preset)
+    scene = read_scene(page)
+    page.evaluate(
+        "(given) => kreisel.page.load(given)",
+        {**scene, **changes, "show": {**scene["show"], **changes.get("show", {})}},
+    )
+    scene, link = read_scene(page), share(page)
+    assert len(link) < (300 if scene["name"] == preset else 1000)
+    other = visit(browser, fragment=link, reduced_motion="reduce")
+    assert read_scene(other) == scene and other.troubles == []
+    other.context.close()
+
+
+def test_link_to_an_exercise_is_short(browser, page):
     load(page, "A spinning top")
-    page.get_by_role("button", name="Link").click()
-    assert len(page.url) - page.url.index("#") < 1000
-    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.showMessage('')")
+    page.get_by_role("button", name="Why does it not fall?").click()
+    page.evaluate("kreisel.page.setRunning(false)")
+    scene, link = read_scene(page), share(page)
+    assert len(link) < 150
+    other = visit(browser, fragment=link, reduced_motion="reduce")
+    assert read_scene(other) == scene
+    other.context.close()
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"preset": "Nothing"}, "there is no scene “Nothing”"),
+        ({"preset": "A spinning top", "exercise": "x"}, "has no exercise “x”"),
+        ({"preset": "A spinning top", "gravity": "x"}, "gravity cannot be"),
+    ],
+)
+def test_link_with_an_unknown_name_is_refused(page, given, words):
+    assert words in follow_link(page, given)

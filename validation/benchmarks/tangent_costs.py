@@ -1,8 +1,10 @@
 """The additional run time for tangents.
 
-    python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
+    python -m validation.benchmarks.tangent_costs [scalar outputs ensemble heyoka rate]
 
-scalar    a path with one tangent, with six and with all fourteen, over the path alone
+scalar    a path with one tangent, with six and with fourteen, over the path alone
+outputs   the time of one of 1,000 states with 13 tangents, without that of the steps, and the time
+          of the derivatives of two quantities at these states
 ensemble  the indicators of chaos over the paths alone, for several gravities, on one thread
 heyoka    heyoka's var_ode_sys of first order against six tangents: the path with its derivative by
           the start, at heyoka's tightest tolerance, and both errors
@@ -58,6 +60,25 @@ def scalar():
             f"{word} {spent / times[0]:.2f}" for word, spent in zip(BY, times, strict=True)
         )
         print(f"{name}: {ratios}", flush=True)
+
+
+def outputs():
+    by = ("start", "moments", "com", "gravity")
+    for name in SCENES:
+        scene, t = getattr(kr.scenes, name), np.linspace(0.0, 10.0, 1001)
+        path = kr.solve(scene, t, tangents=by)
+        many, ends, apex, velocity = least_times(
+            lambda scene=scene, t=t: kr.solve(scene, t, tangents=by),
+            lambda scene=scene, t=t: kr.solve(scene, t[[0, -1]], tangents=by),
+            lambda path=path: path.derivative("apex"),
+            lambda path=path: path.derivative("body_velocity"),
+        )
+        print(
+            f"{name}: {(many - ends) * 1e3:.2f} us for an output, {ends * 1e3:.2f} ms for the "
+            f"steps; 1001 derivatives of apex {apex * 1e3:.2f} ms, of body_velocity "
+            f"{velocity * 1e3:.2f} ms",
+            flush=True,
+        )
 
 
 def ensemble():
@@ -128,7 +149,7 @@ def rate():
         print(f"tol {tol}: {len(tops) / spent:.0f} tops per second to t = 1000, on two threads")
 
 
-PARTS = {"scalar": scalar, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}
+PARTS = {"scalar": scalar, "outputs": outputs, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}
 
 
 def main(argv=None):

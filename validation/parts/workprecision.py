@@ -1,13 +1,13 @@
 """Error against run time, for every method on the scenes of the report or of a user."""
 
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..competitors.method_families import group_methods
 from ..drawing import cost_curves
-from . import fastest, scene_runs, scene_table
+from . import fastest, late_states, scene_runs, scene_table
 from .formatting import (
     count_word,
     format_brief,
@@ -51,6 +51,7 @@ class Comparison:
     problems: list  # problems with their end times
     truths: dict  # truths by scene
     rows: list
+    late: dict = field(default_factory=dict)  # times of late states by scene
 
     @property
     def scenes(self):
@@ -60,6 +61,7 @@ class Comparison:
 def list_tasks(problems, budget, store):
     for problem, end in problems:
         yield from scene_runs.list_tasks(problem, end, budget, store)
+        yield from late_states.list_tasks(problem, budget)
 
 
 def load_findings(problems, store):
@@ -68,9 +70,9 @@ def load_findings(problems, store):
     }
     ran = [(problem, end) for problem, end in problems if known[problem.name]]
     truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
-    return (
-        Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
-    )
+    late = {problem.name: store.known.get(late_states.late_key(problem)) for problem, _ in ran}
+    rows = [row for rows in known.values() for row in rows]
+    return Comparison(ran, truths, rows, late) if ran else None
 
 
 def describe_timing(rows):
@@ -115,6 +117,7 @@ def scene_context(comparison, problem, end, groups_of):
             for name, cost in others
         ],
         "times": list(fastest.times_to_targets(rows, problem.name)),
+        "late": late_states.describe_late_state(comparison.late.get(problem.name)),
     }
 
 

@@ -1,6 +1,16 @@
 """The parts of the report, in the order of the page."""
 
-from ..parts import atlas, chaos, ensembles, omissions, published, random_tops, truth, workprecision
+from ..parts import (
+    atlas,
+    chaos,
+    ensembles,
+    fits,
+    omissions,
+    published,
+    random_tops,
+    truth,
+    workprecision,
+)
 
 PARTS = (
     workprecision.PART,
@@ -10,5 +20,6 @@ PARTS = (
     chaos.PART,
     random_tops.PART,
     published.PART,
+    fits.PART,
     omissions.PART,
 )

@@ -1,7 +1,7 @@
 """The picture of sections in docs/theory/tangents.md: regular and chaotic motion.
 
 All tops have the same body, energy and vertical momentum. A point is drawn at each lowest position
-of the apex, with a colour for each top. Gravity increases from panel to panel.
+of the apex, with a colour for each class of tops. Gravity increases from panel to panel.
 
     python -m validation.report.section_picture [validation/report/section.png]
 """
@@ -10,11 +10,14 @@ import sys
 from pathlib import Path
 
 import kreisel as kr
+from kreisel._plot.panels import CLASSES
+from matplotlib.lines import Line2D
 
 from ..drawing.style import plt
 
 BODY = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 GRAVITIES = (0.05, 2.0, 4.0)
+TIME = 3000.0  # length of the motions whose verdict is shown
 TARGET = Path(__file__).with_name("section.png")
 
 
@@ -33,13 +36,14 @@ def draw_sections(found, target=TARGET):
             1, len(found), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
         )
         for chart, (gravity, cuts) in zip(axes, found.items(), strict=True):
-            hue = plt.get_cmap("twilight_shifted")(cuts.top / (1 + cuts.top.max()))
-            chart.scatter(
-                cuts.spin_angle, cuts.apex[:, 2], c=hue, s=0.25, linewidths=0, rasterized=True
-            )
-            chart.set(title=f"gravity {gravity}", xlabel="spin angle [rad]")
-            chart.grid(visible=False)
-        axes[0].set_ylabel("height of the lowest points")
+            cuts.plot(chart, indicator=kr.megno(cuts.tops, TIME))
+            chart.get_legend().remove()
+            chart.set_title(f"gravity {gravity}")
+        for chart in axes[1:]:
+            chart.set_ylabel("")
+        names, colours = zip(*CLASSES, strict=True)
+        marks = [Line2D([], [], color=colour, marker="o", linestyle="") for colour in colours]
+        figure.legend(marks, names, loc="outside lower center", ncols=3, frameon=False)
         figure.savefig(target)
         plt.close(figure)
 

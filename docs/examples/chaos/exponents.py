@@ -20,14 +20,15 @@ chaos = kr.lyapunov(tops, 200)
 print(chaos, f"certificates below {chaos.certificate.max():.0e}")
 
 figure, axes = plt.subplots(figsize=(8, 4.4), layout="constrained")
-field = axes.pcolormesh(spins, np.degrees(tilts), chaos.value, cmap="magma", rasterized=True)
+field = axes.pcolormesh(spins, np.degrees(tilts), chaos.value, cmap="cividis", rasterized=True)
 axes.set(xlabel="spin at the start", ylabel="tilt at the start [degrees]")
 axes.grid(False)
 figure.colorbar(field, label="largest exponent at t = 200")
 
 # %%
-# The exponent of a regular motion decreases as log(t) / t and never reaches zero. MEGNO separates
-# the two cases sooner: it tends to 2 for regular motion.
+# ``chaos.is_chaotic`` has the verdict for each top, and ``chaos.doubt`` the reason why a verdict is
+# in doubt. All verdicts use MEGNO, which tends to 2 for regular motion. The exponent of a regular
+# motion decreases as log(t) / t and never reaches zero.
 
 curves = [kr.megno(one, 1000) for one in (kr.scenes.thesis, kr.scenes.kowalewski)]
 wild = kr.megno(kr.scenes.asymmetric, 1000)

@@ -29,7 +29,7 @@ path.animate(fps=20, size=320)
 # %%
 # The path of its handle:
 
-kr.plot(path, degrees=True)
+kr.plot(path)
 
 # %%
 # Impossible bodies are refused with a reason:

@@ -25,7 +25,8 @@ for chart, (name, scene) in zip(axes, starts.items(), strict=True):
 
 # %%
 # In a plane the rod is Euler's elastica, and the top is a pendulum. The rod of a body without
-# symmetry is a bar that is stiffer in one direction than in the other:
+# symmetry is stiffer in one direction than in the other, so its section is an ellipse. A dot marks
+# the start, and a bar the scale:
 
 flat = kr.Body.cuboid(half=(0.9, 0.35, 1), pivot=(0, 0, -1))
 path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7)), np.linspace(0, 14, 900))

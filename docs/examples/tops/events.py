@@ -13,7 +13,7 @@ top = kr.Body.cone(radius=0.03, height=0.06, pivot=(0, 0, 0), mass=0.1)
 scene = kr.Scene.spinning(top, spin=200, tilt=0.5, precession=-8, gravity=9.81)
 low, turn = kr.events.nutation(direction=1), kr.events.loop()
 path = kr.solve(scene, np.linspace(0, 1, 3000), events=[low, turn])
-kr.plot(path, degrees=True)
+kr.plot(path)
 
 # %%
 # The orange points are the events. The closed form of this top also gives the time of the first

@@ -17,7 +17,7 @@ def start_top(precession):
 
 
 t = np.linspace(0, 1.3, 3000)
-kr.plot([kr.solve(start_top(rate), t) for rate in (-12, 0, 3)], degrees=True)
+kr.plot([kr.solve(start_top(rate), t) for rate in (-12, 0, 3)], time_unit="s")
 
 # %%
 # The dashed lines are the angles between which the axis moves. They come from the closed form, not

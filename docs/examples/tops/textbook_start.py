@@ -22,7 +22,7 @@ second = kr.Scene(
 t = np.linspace(0, 2, 1200)
 one, other = kr.solve(first, t), kr.solve(second, t)
 print(f"the two differ by {kr.attitude_error(one.q, other.q).max():.1e} rad")
-kr.plot(one, degrees=True)
+kr.plot(one)
 
 # %%
 # The path returns the angles as given, z-x-z, and tables can contain them:

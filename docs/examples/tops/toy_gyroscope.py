@@ -16,7 +16,7 @@ disk, axle = kr.Body.disk(0.05, foot, mass=0.5), kr.Body.rod(0.12, foot, mass=0.
 gyroscope = disk + axle
 spin = 3000 * 2 * np.pi / 60
 scene = kr.Scene.spinning(gyroscope, spin, tilt=np.radians(60), steady=True, gravity=9.81)
-kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), degrees=True)
+kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), time_unit="s")
 
 # %%
 # ``steady=True`` chooses the start without nutation. Its precession, compared with the rule:

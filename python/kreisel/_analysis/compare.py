@@ -19,6 +19,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
+from .._utils.html import format_table
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
 from ..quaternion import attitude_error
@@ -69,12 +70,16 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [
-            list(_COLUMNS),
-            *([_format_cell(value) for value in _row_values(row)] for row in self.rows),
-        ]
+        lines = [list(_COLUMNS), *self._cells()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def _cells(self) -> list[list[str]]:
+        return [[_format_cell(value) for value in _row_values(row)] for row in self.rows]
+
+    def _repr_html_(self) -> str:
+        """Return the table as HTML, which notebooks display."""
+        return format_table(self._cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the table as CSV with all digits; if `path` is given, write it to that file.

@@ -20,14 +20,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._options.methods import EXACT, has_torus, methods
+from .._options.methods import EXACT, methods
 from .._results.path import Path
-from .._solve.exact import exact
-from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
+from .._solve.exact import Exact, ExactTorus, exact
+from .._utils.html import display_picture
+from .._utils.validation import (
+    Array,
+    ReadOnlyArrays,
+    as_int,
+    as_unit,
+    check_type,
+    freeze_arrays,
+)
+from .torus_rates import compute_torus_rates
 from .turns import Waves, compute_motion, count_turns
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below exp(-11 pi)
 _FEWEST = 64  # least number of states
@@ -72,11 +85,37 @@ class Frequencies(ReadOnlyArrays):
         told = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
         return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
+    def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
+        """Draw the spectrum of the apex with matplotlib, and return the axes.
+
+        Each line has a dot at its amplitude. The number above a line is its distance from the
+        precession, which is dashed, as a multiple of the frequency of the nutation.
+
+        axes       the axes to draw in; default: a new figure
+        time_unit  the unit of time in which the scene is described, for the labels
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(1000)])
+            >>> kr.frequencies(path).plot(time_unit="s").get_xlabel()
+            'angular frequency [s⁻¹]'
+
+        Raises ImportError if matplotlib is not installed.
+        """
+        from .._plot.spectrum import draw_lines
+
+        return draw_lines(self, axes, as_unit("time_unit", time_unit))
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of the spectrum, which notebooks display."""
+        return display_picture(self.plot, repr(self))
+
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    For a path with method='exact', the rates are computed by kreisel.exact. For other methods, two
+    For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
+    motion is on a torus. Near a pole, their precession is not a sum of integer multiples of
+    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two
     lines are resolved if they differ by more than 23 turns over the length of the path. The path
     should contain many nutations, and more than two states in each turn of the fastest angle. If
     the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
@@ -116,10 +155,18 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _strongest_lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT and not has_torus(path.scene):
-        form = exact(path.scene)
-        return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
+    if path.method == EXACT:
+        rates = _compute_exact_rates(exact(path.scene))
+        if rates is not None:
+            return Frequencies(*rates, *told, True)
     return Frequencies(*_compute_rates(path), *told, False)
+
+
+def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
+    """Return the rates of precession, nutation and spin of a closed form, or None."""
+    if isinstance(form, ExactTorus):
+        return compute_torus_rates(form)
+    return form.precession, math.tau / form.period, form.spin
 
 
 def _compute_rates(path: Path) -> tuple[float, float, float]:

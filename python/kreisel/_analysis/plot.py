@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from .._results.path import Path
 from .._utils.validation import check_type
+from .difference import compute_difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,27 +22,37 @@ def plot(
     path: Path | Sequence[Path],
     *more: Path | Iterable[Axes] | None,
     axes: Iterable[Axes] | None = None,
-    degrees: bool = False,
+    degrees: bool = True,
+    time_unit: str = "T",
 ) -> Picture:
     """Draw the trace of the apex on a sphere, its nutation and its precession with matplotlib.
 
     Returns the axes, three for each path. A notebook displays them as a picture.
 
-    path     one path or up to 8 paths, as a list or as separate arguments. Several paths are drawn
-             side by side
-    axes     the axes to draw in instead of a new figure, three for each path. It may also be given
-             as the second argument without its name
-    degrees  True: angles in degrees instead of radians
+    path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
+               drawn side by side
+    axes       the axes to draw in instead of a new figure, three for each path. It may also be
+               given as the second argument without its name
+    degrees    False: angles in radians instead of degrees
+    time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
+
+    A picture of two paths has a seventh chart, the angle between both attitudes on a logarithmic
+    scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
+    the times of the paths differ, one of the runs is repeated to compute states at common times.
 
     Dashed lines show the least and greatest nutation if the closed form has turning points. Dots
-    show the events of a path. The figure is not registered with pyplot;
+    show the start and the events of a path. The precession is interrupted where it jumps because
+    the apex passes close to the vertical. The figure is not registered with pyplot;
     `kr.plot(path).figure.savefig("top.png")` writes it to a file.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
-        >>> sphere, nutation, precession = kr.plot(path, degrees=True)
-        >>> nutation.get_ylabel()
-        'nutation [°]'
+        >>> sphere, nutation, precession = kr.plot(path, time_unit="s")
+        >>> nutation.get_ylabel(), precession.get_xlabel()
+        ('nutation [°]', 'time [s]')
+        >>> rough = kr.solve(kr.scenes.cusps, path.t, "rk4", step=0.1)
+        >>> kr.plot(path, rough)[-1].get_ylabel()
+        'difference [°]'
 
     Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
     """
@@ -54,7 +66,8 @@ def plot(
     from .._plot.charts import plot_paths
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
-    return plot_paths(both, axes, degrees)
+    pair = partial(compute_difference, *paths) if len(paths) == 2 else None
+    return plot_paths(both, axes, degrees, time_unit, pair)
 
 
 def _split_arguments(

@@ -11,7 +11,8 @@ import numpy as np
 from .._core import KIND_RTOL
 from .._model.body import Body
 from .._results.path import Path
-from .._utils.validation import Array, Vector, as_float, as_positive, check_type
+from .._utils.html import display_picture
+from .._utils.validation import Array, Vector, as_float, as_positive, as_unit, check_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,8 +86,9 @@ class Rod:
     def section(self) -> tuple[float, float]:
         """The thickness along N and along B, as multiples of the larger one.
 
-        The stiffness of a rectangular rod against bending in a direction is proportional to the
-        square of the thickness in that direction. Hence the ratio is sqrt(alpha1) : sqrt(alpha2).
+        The stiffness of a rod against bending in a direction is proportional to the square of the
+        thickness in that direction, for elliptical and for rectangular cross-sections. Hence the
+        ratio is sqrt(alpha1) : sqrt(alpha2).
         """
         one, two, _ = self.stiffness
         largest = max(one, two)
@@ -100,29 +102,50 @@ class Rod:
         colour: str | None = None,
         elevation: float = 20.0,
         azimuth: float = 0.0,
+        length_unit: str = "T",
     ) -> Axes:
         """Draw the rod as a solid with matplotlib, and return the axes.
 
-        The cross-section of an isotropic rod is a circle. Otherwise it is a rectangle with the
-        ratio of sides `section`.
+        The cross-section of an isotropic rod is a circle. Otherwise it is an ellipse whose
+        diameters have the ratio `section`. A dot marks the start of the rod, and a bar shows the
+        scale.
 
-        thickness           diameter or larger side [T]; by default, a thirtieth of the rod's extent
+        axes                the axes to draw in; default: a new figure
+        thickness           the larger diameter [T]; default: a thirtieth of the rod's extent
+        colour              a colour of matplotlib
         elevation, azimuth  direction of view [degrees]
+        length_unit         the unit of length for the label of the scale. The arc length is the
+                            time of the top
 
-        The states must be so close that the rod bends little between two of them. Raises
-        ImportError if matplotlib is not installed.
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.1 * k for k in range(201)])
+            >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
+            ['start', '2 m']
+
+        The states must be so close that the rod bends little between two of them. Raises ValueError
+        for a rod of fewer than two states, and ImportError if matplotlib is not installed.
         """
-        from .._plot.charts import new_axes
-        from .._plot.solids import ORANGE, check_axes, draw_bar, draw_tube
+        from .._plot.panels import new_axes
+        from .._plot.solids import ORANGE, check_axes, draw_scale, draw_tube, parallel_normals
 
         drawn = new_axes() if axes is None else check_axes(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
-        if self.isotropic:
-            draw_tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
-        else:
-            draw_bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
+        unit = as_unit("length_unit", length_unit)
+        if len(self.s) < 2:
+            raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
+        normals = parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        section = (1.0, 1.0) if self.isotropic else self.section
+        along = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
+        draw_tube(
+            self.centre[along], normals[along], section, drawn, side, colour or ORANGE, *turned
+        )
+        draw_scale(self.centre, drawn, unit, *turned)
         return drawn
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of the rod, or None if there is nothing to draw."""
+        return display_picture(self.plot, repr(self)) if len(self.s) > 1 else None
 
 
 def rod(path: Path) -> Rod:

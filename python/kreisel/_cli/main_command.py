@@ -14,7 +14,7 @@ import click
 
 from .._core import version
 from .._results.path import Error
-from . import compare, lists, pages, solve, sweep
+from . import compare, fit, lists, pages, solve, sweep
 
 _CODES = """\b
 Exit codes
@@ -123,6 +123,7 @@ for _command in (
     solve.resume,
     compare.compare,
     sweep.sweep,
+    fit.fit,
     lists.methods,
     lists.scenes,
     lists.quantities,

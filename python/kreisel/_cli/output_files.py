@@ -19,6 +19,8 @@ _ENDINGS = {
     "--npz": (".npz",),
     "--save": (".kreisel",),
     "view --save": (".html", ".htm"),
+    "fit --save": (".toml",),
+    "fit --plot": (".png", ".svg", ".pdf"),
 }
 _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
     ".gz",

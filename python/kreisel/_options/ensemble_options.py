@@ -69,8 +69,9 @@ class EnsembleOptions:
 
     @property
     def is_scalar(self) -> bool:
-        """True if tops are computed one by one, because of events or of more than 16 digits."""
-        return self.core_events is not None or self.solve.has_low_words
+        """True if tops are computed one by one: with events, tangents or more than 16 digits."""
+        one_by_one = self.core_events is not None or bool(self.solve.tangents)
+        return one_by_one or self.solve.has_low_words
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
@@ -88,7 +89,8 @@ class EnsembleOptions:
         """The number of bytes of a state; 0 with reductions."""
         if self.reductions:
             return 0
-        return self.solve.size * (2 if self.solve.has_low_words else 1)
+        numbers = self.solve.size + 8 * 6 * self.solve.tangent_columns
+        return numbers * (2 if self.solve.has_low_words else 1)
 
     def options_for(self, scene: Scene) -> SolveOptions:
         """Return the options for one top of the ensemble."""

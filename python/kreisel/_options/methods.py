@@ -16,7 +16,8 @@ from .._utils.validation import check_type, short_repr
 
 # flags of methods that apply to some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-# The method 'auto' selects EXACT if the closed form suits the scene, else FALLBACK.
+# The method 'auto' selects EXACT if the closed form suits the scene, else FALLBACK. For Kowalewski
+# and Goryachev-Chaplygin tops see closed_form_choice.py.
 EXACT: Final = "exact"
 FALLBACK: Final = "taylor"
 
@@ -183,15 +184,14 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    The method 'auto' does not use the closed form of such a top. Preparing the closed form
-    costs as much as integrating some hundred units of time by the Taylor series.
+    Setting up the closed form of such a top takes as long as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why the closed form is not used for a scene."""
+    """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if any(scene.body.rotor):
@@ -203,9 +203,7 @@ def explain_no_closed_form(scene: Scene) -> str:
         return f"no closed form is known for {describe_kind(scene)} under gravity"
     if has_torus(scene):
         top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
-        status, refusal = torus_plan(scene._block, 0.0)[:2]
-        if status == "OK":
-            return f"the closed form of a {top} top is available for single scenes only"
+        refusal = torus_plan(scene._block, 0.0)[1]
         return f"this motion of a {top} top has no closed form: {refusal}"
     return (
         "no closed form can resolve when a top falls whose axis leans or moves by less than "
@@ -236,6 +234,9 @@ def _describe_tops(method: Method, scene: Scene) -> str:
 
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method called `name`; for 'auto', the method that suits the scene best.
+
+    For a Kowalewski or a Goryachev-Chaplygin top the best method depends on the requested times,
+    and 'auto' means the Taylor series here.
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """

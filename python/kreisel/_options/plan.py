@@ -8,7 +8,10 @@ import numpy as np
 
 from .._core import start, values
 from .._model.scene import Scene
-from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form
+from .._utils.html import format_table
+from .._utils.validation import Array
+from .closed_form_choice import explain_series
+from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus
 from .quantities import HEADING_DEPENDENT, count_components
 from .solve_options import SolveOptions
 from .times import CHUNK_SIZE
@@ -84,7 +87,8 @@ class Plan:
     choice: StepChoice | None = None
     turn: float | None = None
 
-    def __str__(self) -> str:
+    def _rows(self) -> list[tuple[str, str]]:
+        """Return the lines of the description as pairs; a name that is repeated is empty."""
         order = (
             f"order {self.order}"
             if self.order
@@ -102,18 +106,32 @@ class Plan:
             "kept": [f"{what}: {why}" for what, why in self.kept],
             "chosen": [str(self.choice)] if self.choice else [],
         }
-        rows = [
+        return [
             (name if i == 0 else "", text)
             for name, texts in parts.items()
             for i, text in enumerate(texts)
         ]
-        return "\n".join(f"{name:<11}{text}" for name, text in rows)
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<11}{text}" for name, text in self._rows())
+
+    def _repr_html_(self) -> str:
+        """Return the plan as a table, which notebooks display."""
+        return format_table(self._rows())
 
 
 def make_plan(
-    scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
+    scene: Scene,
+    options: SolveOptions,
+    states: int | None = None,
+    choice: StepChoice | None = None,
+    times: Array | None = None,
 ) -> Plan:
-    """Return the plan of a solve of `scene` that records `states` states."""
+    """Return the plan of a solve of `scene` that records `states` states.
+
+    `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. They are None
+    for runs and ensembles.
+    """
     kernel, order = "", options.method.order
     if options.method.suits(scene):
         _, top = start(scene._block, *options.core)
@@ -123,7 +141,7 @@ def make_plan(
         columns += "q_low", "m_low"
     return Plan(
         method=options.method.name,
-        why=_explain_method(scene, options, choice),
+        why=_explain_method(scene, options, times, choice),
         step=options.step,
         order=order,
         form=_describe_equations(options),
@@ -148,18 +166,26 @@ def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
     return options.step * max(velocity, scene._rate_bound)
 
 
-def _explain_method(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
+def _explain_method(
+    scene: Scene, options: SolveOptions, times: Array | None, choice: StepChoice | None
+) -> str:
     if choice:
         return "the cheapest method that meets the allowed error"
     if options.requested_method != "auto":
         return "requested by name"
     if options.digits is not None:
         return f"{options.digits} digits requested"
+    if not options.method.exact and has_torus(scene):
+        if options.step is not None or options.tol is not None:
+            return "the closed form has neither step nor tol"
+        # A path can have times for which kreisel.solve would use the closed form.
+        return explain_series(scene, times) or explain_series(scene, None) or ""
     if not options.method.exact:
         return explain_no_closed_form(scene)
-    return f"{describe_kind(scene)} has a closed form" + (
-        "" if scene.gravity else " without gravity"
-    )
+    reason = f"{describe_kind(scene)} has a closed form"
+    if has_torus(scene):
+        return f"{reason}, which takes no more time than the series up to the last time"
+    return reason if scene.gravity else f"{reason} without gravity"
 
 
 def _describe_equations(options: SolveOptions) -> str:

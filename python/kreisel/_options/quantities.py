@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .._core import quantities
+from .._utils.errors import unknown_name_message
 
 
 class Quantity(NamedTuple):
@@ -57,6 +58,18 @@ TIME = Quantity("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
 # An angle is a pure number, so only the description tells that it is one.
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
+
+
+def derivative_shape(name: str) -> tuple[int, ...]:
+    """Return the shape of a derivative of a quantity; that of q is a rotation vector."""
+    return (3,) if name == "q" else QUANTITIES[name].shape
+
+
+def check_quantity(name: object) -> str:
+    """Return `name`. Raises ValueError if no quantity of the state has this name."""
+    if not isinstance(name, str) or name not in QUANTITIES:
+        raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))
+    return name
 
 
 def count_components(name: str) -> int:

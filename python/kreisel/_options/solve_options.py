@@ -9,11 +9,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
+from .._core import tangents as TANGENTS
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
-from .methods import FALLBACK, Method, resolve_method
+from .closed_form_choice import prefers_closed_form
+from .methods import EXACT, FALLBACK, Method, has_torus, methods, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
 from .times import CHUNK_SIZE, COUNTABLE
 
@@ -51,6 +53,16 @@ class SolveOptions:
     def is_plain(self) -> bool:
         """True if the core records the states in a single call."""
         return self.every is None and self.error is None and not (self.has_events or self.tangents)
+
+    @property
+    def tangent_bits(self) -> int:
+        """The sum of the core's bits of the names in `tangents`."""
+        return sum(TANGENTS[name][0] for name in self.tangents)
+
+    @property
+    def tangent_columns(self) -> int:
+        """The number of columns of the tangents."""
+        return sum(TANGENTS[name][1] for name in self.tangents)
 
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:
@@ -108,14 +120,18 @@ def parse_options(
     want: object = None,
     every: object = None,
     requested: object = None,
+    t: object = None,
 ) -> SolveOptions:
     """Return the validated options of a solve of `scene`.
 
-    `requested` is the method that the user named, by default `method`. Raises TypeError or
-    ValueError for an invalid argument.
+    `requested` is the method that the user named, by default `method`. `t` are the requested times,
+    or None if they are not known. Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
+    is_open = chosen.name == FALLBACK and method == "auto" and step is tol is digits is None
+    if is_open and t is not None and has_torus(top) and prefers_closed_form(top, t):
+        chosen = methods[EXACT]
     name = method if requested is None else requested
     return make_options(chosen, step, tol, digits, max_steps, name, want, every)
 

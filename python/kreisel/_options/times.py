@@ -14,7 +14,7 @@ from .._utils.validation import Array, Numbers, R, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
-_TIMES_FORM = "a number or a list of times"
+TIMES_FORM = "a number or a list of times"
 
 
 def time_array(
@@ -25,7 +25,7 @@ def time_array(
     `size` is the number of bytes of a state. Raises MemoryError if the states do not fit into
     memory.
     """
-    times = as_finite_array("t", t, _TIMES_FORM)
+    times = as_finite_array("t", t, TIMES_FORM)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size, begin)
     if times.ndim > 1:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from io import BytesIO
-from typing import TYPE_CHECKING, NoReturn, Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from .._model.scene import Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
+from .._utils.html import render_png
 from .._utils.optional import optional_dependency
-from .._utils.validation import Array, short_repr
+from .._utils.validation import Array, as_bool, as_unit, short_repr
+from .panels import apply_style, time_label
 from .solids import BLUE, FAINT, ORANGE, check_axes, hide_axes, project
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
+    from matplotlib.lines import Line2D
 
 
 class Plottable(Protocol):
@@ -39,10 +40,24 @@ class Plottable(Protocol):
     def precession_angle(self) -> Array: ...
 
 
+class Difference(NamedTuple):
+    """The angle between two paths at the times that they share.
+
+    t      (k,) times [T]
+    angle  (k,) the angle [rad]
+    what   the directions between which the angle is measured
+    """
+
+    t: Array
+    angle: Array
+    what: str
+
+
 class Picture(tuple[Axes, ...]):
     """The axes of a picture, three for each path: trace, nutation, precession.
 
-    A notebook shows the picture. `picture.figure.savefig("top.png")` writes the picture to a file.
+    A picture of two paths has their difference as its last axes. A notebook shows the picture.
+    `picture.figure.savefig("top.png")` writes the picture to a file.
     """
 
     __slots__ = ()
@@ -62,56 +77,67 @@ class Picture(tuple[Axes, ...]):
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
-        file = BytesIO()
-        self.figure.savefig(file, format="png", dpi=120)
-        return file.getvalue()
-
-
-def new_axes() -> Axes:
-    """Return axes in a new figure."""
-    return Figure(figsize=(6.0, 4.0), layout="constrained").add_subplot()
+        return render_png(self.figure)
 
 
 def plot_paths(
-    paths: Sequence[tuple[Plottable, Plottable | None]], axes: Iterable[Axes] | None, degrees: bool
+    paths: Sequence[tuple[Plottable, Plottable | None]],
+    axes: Iterable[Axes] | None,
+    degrees: bool,
+    time_unit: str,
+    compute_difference: Callable[[], Difference] | None = None,
 ) -> Picture:
-    """Plot each path and the states at its events in three axes, by default in a new figure."""
+    """Plot each path and the states at its events in three axes, by default in a new figure.
+
+    The result of `compute_difference` is drawn in further axes, if there are any.
+    """
+    unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
+    label = time_label(as_unit("time_unit", time_unit))
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: call solve with times")
-    picture = _create_axes(len(paths)) if axes is None else _check_axes(axes, 3 * len(paths))
+    n, has_difference = len(paths), compute_difference is not None
+    picture = _create_axes(n, has_difference) if axes is None else _check_axes(axes, n)
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
-        _draw_path(one, path, events, degrees)
+        _draw_path(one, path, events, (unit, name), label)
         if i and axes is None:
             for chart in one[1:]:
                 chart.set_ylabel("")
+    if compute_difference is not None and len(picture) > 3 * n:
+        _draw_difference(picture[-1], compute_difference(), (unit, name), label)
     return picture
 
 
-def _create_axes(n: int) -> Picture:
+def _create_axes(n: int, has_difference: bool) -> Picture:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
         sphere, above = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
         return Picture((sphere, above, figure.add_subplot(grid[1, 1], sharex=above)))
-    figure = Figure(figsize=(3.3 * n + 0.6, 6.4), layout="constrained")
-    grid = figure.add_gridspec(3, n, height_ratios=(6, 4, 4))
+    heights = (6, 4, 4, 4) if has_difference else (6, 4, 4)
+    figure = Figure(figsize=(3.3 * n + 0.6, 6.4 * sum(heights) / 14), layout="constrained")
+    grid = figure.add_gridspec(len(heights), n, height_ratios=heights)
     axes: list[Axes] = []
     for i in range(n):
         above = figure.add_subplot(grid[1, i], sharey=axes[1] if i else None)
         below = figure.add_subplot(grid[2, i], sharex=above)
         axes += figure.add_subplot(grid[0, i]), above, below
+    if has_difference:
+        axes.append(figure.add_subplot(grid[3, :]))
     return Picture(axes)
 
 
-def _check_axes(axes: Iterable[Axes], n: int) -> Picture:
+def _check_axes(axes: Iterable[Axes], paths: int) -> Picture:
+    n = 3 * paths
     try:
         picture = Picture(axes)
     except TypeError:
         raise TypeError(f"axes must be a list of {n}, not {short_repr(axes)}") from None
-    if len(picture) != n:
+    if len(picture) != n and (len(picture), paths) != (7, 2):
+        more = ", or 7 with their difference" if paths == 2 else ""
         raise ValueError(
-            f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
+            f"axes must be {n}, for trace, nutation and precession of each path{more}, not "
+            f"{len(picture)}"
         )
     for one in picture:
         check_axes(one)
@@ -119,10 +145,15 @@ def _check_axes(axes: Iterable[Axes], n: int) -> Picture:
 
 
 def _draw_path(
-    axes: Sequence[Axes], path: Plottable, events: Plottable | None, degrees: bool
+    axes: Sequence[Axes],
+    path: Plottable,
+    events: Plottable | None,
+    angle: tuple[float, str],
+    time: str,
 ) -> None:
+    """Draw a path and the states at its events. `angle` is a factor and the name of a unit."""
     sphere, above, below = axes
-    unit, sign = (180.0 / np.pi, "°") if degrees else (1.0, "rad")
+    unit, sign = angle
     limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
     draw_trace(sphere, path.apex, limits=heights)
@@ -130,18 +161,56 @@ def _draw_path(
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{told} ({method})", fontsize=10)
     above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
-    for angle in [] if limits is None else [limits.least[0], limits.greatest[0]]:
-        above.axhline(unit * float(angle), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
+    for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
+        above.axhline(unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
     below.plot(*_break_jumps(path.t, unit * around, _find_jumps(around)), color=BLUE, linewidth=1.2)
-    if events is not None and len(events.t):
+    has_events = events is not None and len(events.t) > 0
+    if events is not None and has_events:
         _mark_events(axes, path.t, around, events, unit)
+    _explain_marks(sphere, bool(heights), has_events)
     above.set_ylabel(f"nutation [{sign}]")
-    below.set(xlabel="time [T]", ylabel=f"precession [{sign}]")
+    below.set(xlabel=time, ylabel=f"precession [{sign}]")
     _widen_narrow_range(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
-        _apply_style(chart)
+        apply_style(chart)
+
+
+def _explain_marks(sphere: Axes, has_limits: bool, has_events: bool) -> None:
+    """Write below a sphere what the dots and the dashed lines on it mean."""
+    ink = matplotlib.rcParams["text.color"]
+    marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
+    if has_limits:
+        marks.append(Line2D([], [], color=ORANGE, linewidth=0.9, linestyle="--", label="limits"))
+    if has_events:
+        marks.append(
+            Line2D([], [], color=ORANGE, marker="o", markersize=4, linestyle="", label="events")
+        )
+    sphere.legend(
+        handles=marks, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=3, fontsize=7.5,
+        frameon=False, borderpad=0.0, handlelength=1.5, columnspacing=1.2,
+    )  # fmt: skip
+
+
+def _draw_difference(
+    chart: Axes, difference: Difference, angle: tuple[float, str], time: str
+) -> None:
+    """Draw the angle between two paths on a logarithmic scale; an angle of 0 is left out."""
+    unit, sign = angle
+    values = unit * difference.angle
+    chart.set(xlabel=time, ylabel=f"difference [{sign}]")
+    if (values > 0.0).any():
+        chart.plot(difference.t, np.where(values > 0.0, values, np.nan), color=BLUE, linewidth=1.2)
+        chart.set_yscale("log")
+        note = f"angle between the {difference.what}"
+    elif len(values):
+        chart.plot(difference.t, values, color=BLUE, linewidth=1.2)
+        note = f"the {difference.what} are equal"
+    else:
+        note = "the paths have no times in common"
+    chart.set_title(note, fontsize=9)
+    apply_style(chart)
 
 
 def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
@@ -156,7 +225,7 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the times and values with NaN inserted at `jumps`, where the line is interrupted."""
+    """Return the times and values with NaN inserted in `intervals`, where the line is broken."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
@@ -192,17 +261,6 @@ def _widen_narrow_range(chart: Axes, unit: float) -> None:
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
         chart.set_ylim(middle - half, middle + half)
-
-
-def _apply_style(chart: Axes) -> None:
-    chart.grid(True, alpha=0.25, linewidth=0.6)
-    chart.spines[["top", "right"]].set_visible(False)
-    chart.tick_params(labelsize=8, length=3)
-    chart.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-    chart.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    chart.xaxis.label.set_fontsize(9)
-    chart.yaxis.label.set_fontsize(9)
-    chart.margins(x=0.01)
 
 
 def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:

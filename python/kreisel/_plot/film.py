@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from io import BytesIO
+from itertools import chain
 from pathlib import Path as File
 from typing import Protocol
 
@@ -20,13 +21,14 @@ from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write, check_writable
 from .._utils.errors import refuse_assignment
 from .._utils.optional import optional_dependency
-from .._utils.validation import Array, as_int, as_positive
-from .charts import draw_sphere
-from .solids import BLUE, FAINT, ORANGE, build_solid, draw_faces, hide_axes, project
+from .._utils.validation import Array, as_int, as_positive, as_unit
+from .solids import CREAM, FAINT, RED, build_solid, draw_faces, hide_axes, project
+from .stage import STAND, STEEL, cast_shadow, draw_stage
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
+    from matplotlib.colors import to_rgb
     from matplotlib.figure import Figure
     from PIL import Image
 
@@ -34,8 +36,10 @@ MOST_POINTS = 2**28  # largest number of pixels of all frames; a GIF needs a byt
 BETWEEN = 8  # points of the trace per frame
 SECONDS = 8.0
 _DPI = 100
+_MOST_COLOURS = 128  # of a GIF
 _REACH = 0.8  # size of the drawn body, as a fraction of the radius of the sphere
 _LEAN = 0.2  # sine of the smallest angle with the vertical that counts as a lean
+_LEVEL = 0.02  # depth below the fixed point that is drawn as if the body stood on the floor
 _ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
@@ -67,10 +71,21 @@ class Film:
     _q: Array
     _apex: Array
     _size: int
+    _time_unit: str | None
 
-    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
+    def __init__(
+        self,
+        body: Body,
+        t: Array,
+        q: Array,
+        apex: Array,
+        fps: int,
+        size: int,
+        time_unit: str | None = None,
+    ) -> None:
         """Store the data of a film; `apex` has BETWEEN points per frame after the first frame."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
+        self.__dict__.update(_time_unit=time_unit)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -98,21 +113,18 @@ class Film:
         """Yield the same figure once per frame, redrawn each time."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        draw_sphere(axes)
+        quads, colours, edge = _body_faces(self._body)
+        floor = _find_floor(quads, self._q, self._apex)
         hide_axes(axes)
-        (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
-        (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
-        (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
-        (tip,) = axes.plot([], [], "o", color=ORANGE, markersize=4)
-        (lever,) = axes.plot([], [], color=FAINT, linewidth=2.2)
-        axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
+        draw_stage(axes, floor)
+        (behind,) = axes.plot([], [], color=RED, linewidth=0.7, alpha=0.45)
+        (trace,) = axes.plot([], [], color=RED, linewidth=1.2, alpha=0.85, zorder=3)
+        (needle,) = axes.plot([], [], color=STEEL, linewidth=2.0)
+        (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
+        (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project(self._apex)
-        quads, colours = _body_faces(self._body)
-        heights = (
-            quads @ _rotation_matrix(self._q[0]).T @ self._apex[0]
-        )  # heights of corners along the apex
-        begin, out = max(float(heights.min()), 0.0), float(heights.max())
+        begin, out = _reach_along(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
@@ -124,12 +136,31 @@ class Film:
                 lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
-            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
-            solid = draw_faces(axes, quads @ _rotation_matrix(q).T, colours)
+            lever.set_zorder(1.7 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
+            corners = quads @ _rotation_matrix(q).T
+            solid = draw_faces(axes, corners, colours, edge=edge)
             solid.set_zorder(2.0)
-            clock.set_text(f"t = {t:.4g}")
+            shadow = cast_shadow(axes, corners, floor)
+            clock.set_text(f"t = {t:.4g}" + (f" {self._time_unit}" if self._time_unit else ""))
             yield figure
             solid.remove()
+            shadow.remove()
+
+
+def _reach_along(corners: Array, apex: Array) -> tuple[float, float]:
+    """Return the distances along the apex at which the body begins and ends."""
+    heights = corners @ apex
+    return max(float(heights.min()), 0.0), float(heights.max())
+
+
+def _find_floor(quads: Array, q: Array, apex: Array) -> float:
+    """Return the height of a floor that neither the body nor the trace of its apex reaches.
+
+    The height is 0 if the body never goes below the fixed point.
+    """
+    corners = np.unique(quads.reshape(-1, 3), axis=0)
+    lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)
+    return max(min(lowest, float(apex[:, 2].min()), 0.0), -1.0) if lowest < -_LEVEL else 0.0
 
 
 def make_film(
@@ -138,6 +169,7 @@ def make_film(
     speed: float | None,
     fps: int,
     size: int,
+    time_unit: str | None = None,
 ) -> Film:
     """Return a film of a path; if `file` is given, save the film.
 
@@ -145,6 +177,7 @@ def make_film(
     """
     make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
+    unit = None if time_unit is None else as_unit("time_unit", time_unit)
     begin, end = _time_limits(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     frames = abs(end - begin) / pace * rate + 1.0
@@ -158,7 +191,7 @@ def make_film(
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
     q, apex = _turn_to_side(states.q, states.apex)
-    film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
+    film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide, unit)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
@@ -194,14 +227,16 @@ def _time_limits(t: Array) -> tuple[float, float]:
     return (low, high) if t[-1] >= t[0] else (high, low)
 
 
-def _body_faces(body: Body) -> tuple[Array, Array]:
-    """Return the faces of a body, scaled to fit into the sphere, and their colours.
+def _body_faces(body: Body) -> tuple[Array, Array, float]:
+    """Return the faces of a body, scaled to fit into the sphere, their colours and outlines.
 
-    The corners of the faces are given in the frame of description.
+    The corners of the faces are given in the frame of description. The width of the outlines is 0
+    for a body of revolution [pt].
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _rotation_matrix(np.array(body.axes)).T
-    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
+    edge = 0.8 if len(quads) == 6 else 0.0
+    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours, edge
 
 
 def _rotation_matrix(q: Array) -> Array:
@@ -234,16 +269,34 @@ def _encode_gif(film: Film) -> bytes:
     """Encode a film as a GIF with a byte per pixel; all frames use the palette of the first one."""
     images = _render_images(film)
     full = next(images)
-    first = full.quantize(128)
-    ground = np.array(full.getpixel((0, 0)))
-    colours = np.array(first.getpalette()).reshape(-1, 3)
-    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # an exact background
-    first.putpalette(colours.ravel().tolist())
-    rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
+    palette = _choose_palette(full)
+    frames = (
+        image.quantize(palette=palette, dither=Image.Dither.NONE) for image in chain([full], images)
+    )
     file = BytesIO()
     pause = 10 * max(2, round(100.0 / film.fps))  # a GIF has whole hundredths of a second
-    first.save(file, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
+    next(frames).save(file, "GIF", save_all=True, append_images=frames, duration=pause, loop=0)
     return file.getvalue()
+
+
+def _choose_palette(image: Image.Image) -> Image.Image:
+    """Return an image with the palette of a film.
+
+    The palette consists of the most frequent colours of the first frame, and of the colours of thin
+    lines and texts, which are rare or missing in that frame.
+    """
+    ground = np.array(image.getpixel((0, 0)))
+    ink = matplotlib.rcParams["text.color"]
+    shades = [(colour, part) for colour in (ink, RED, FAINT) for part in (1.0, 0.75, 0.5, 0.25)]
+    thin = [
+        ground + part * (255.0 * np.array(to_rgb(colour)) - ground)
+        for colour, part in [*shades, (STEEL, 1.0), (STEEL, 0.5), (STAND, 1.0), (CREAM, 1.0)]
+    ]
+    chosen = image.quantize(_MOST_COLOURS - len(thin))
+    colours = np.array(chosen.getpalette()).reshape(-1, 3)[: _MOST_COLOURS - len(thin)]
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # an exact background
+    chosen.putpalette(np.concatenate([colours, np.rint(thin)]).astype(int).ravel().tolist())
+    return chosen
 
 
 def _render_images(film: Film) -> Iterator[Image.Image]:

@@ -8,14 +8,17 @@ from .._utils.optional import optional_dependency
 from .._utils.validation import Array, short_repr
 
 with optional_dependency("'kreisel[plot]'"):
+    import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
 
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
+RED, CREAM = "#c73237", "#f7ecd2"  # colours of a body, as in the interactive viewer
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
-_ROUND = 16  # flat sides that approximate a round tube
+_PIECES = 4  # straight pieces that approximate each piece of a profile
+_ROUND = 24  # flat sides that approximate a round tube
 
 
 def project(
@@ -81,9 +84,9 @@ def hide_axes(axes: Axes) -> None:
     axes.axis("off")
 
 
-def draw_bar(
+def draw_tube(
     centre: Array,
-    frame: Array,
+    normals: Array,
     section: tuple[float, float],
     axes: Axes,
     thickness: float | None = None,
@@ -91,35 +94,16 @@ def draw_bar(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a bar of rectangular cross-section along a curve (n, 3).
+    """Draw a tube of elliptical cross-section along a curve (n, 3).
 
-    The sides of the cross-section are along the first two axes of `frame` (n, 3, 3). The larger
-    side is `thickness`, by default a thirtieth of the extent of the curve.
-    """
-    half = 0.5 * _thickness(centre, thickness) * np.array(section)
-    signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
-    rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
-    ends = np.stack([rims[0, ::-1], rims[-1]])
-    draw_faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
-    hide_axes(axes)
-
-
-def draw_tube(
-    centre: Array,
-    tangent: Array,
-    axes: Axes,
-    thickness: float | None = None,
-    colour: str = ORANGE,
-    elevation: float = 20.0,
-    azimuth: float = 0.0,
-) -> None:
-    """Draw a tube of circular cross-section along a curve (n, 3) with unit tangents (n, 3).
-
-    The diameter is `thickness`, by default a thirtieth of the extent of the curve.
+    The diameters of the ellipse are along the two unit vectors of `normals` (n, 2, 3), with the
+    ratio `section`. The larger one is `thickness`, by default a thirtieth of the extent of the
+    curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
-    ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
+    ring *= 0.5 * _thickness(centre, thickness)
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
@@ -129,6 +113,38 @@ def draw_tube(
     ]
     draw_faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
+
+
+def draw_scale(
+    centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
+) -> None:
+    """Mark the start of a curve (n, 3), and draw a bar of known length below the curve.
+
+    The length of the bar is 1, 2 or 5 times a power of ten, at most a quarter of the extent of the
+    drawing.
+    """
+    ink = matplotlib.rcParams["text.color"]
+    x, y, _ = project(centre, elevation, azimuth)
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
+    style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
+    side = -1 if x[0] <= x.mean() else 1
+    axes.annotate(
+        "start", (x[0], y[0]), xytext=(8 * side, 0), va="center",
+        ha="right" if side < 0 else "left", **style,
+    )  # fmt: skip
+    extent = float(max(np.ptp(x), np.ptp(y)))
+    if not extent > 0.0:
+        return
+    power = 10.0 ** np.floor(np.log10(0.25 * extent))
+    length = float(max(k for k in (1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
+    left, below = float(x.max()) - length, float(y.min()) - 0.08 * extent
+    axes.plot(
+        [left, left + length], [below, below], color=ink, linewidth=2.0, solid_capstyle="butt"
+    )
+    axes.annotate(
+        f"{length:.12g} {unit}", (left + 0.5 * length, below), xytext=(0, -4), va="top",
+        ha="center", **style,
+    )  # fmt: skip
 
 
 def _thickness(centre: Array, thickness: float | None) -> float:
@@ -141,7 +157,7 @@ def _sides(rims: Array) -> Array:
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _parallel_frames(tangent: Array) -> Array:
+def parallel_normals(tangent: Array) -> Array:
     """Return two unit normals (n, 2, 3) at each point, which do not rotate about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
@@ -183,7 +199,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is orange."""
+    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is bright."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -192,7 +208,7 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
             face[:, k] = side
             face[:, [(k + 1) % 3, (k + 2) % 3]] = square[:: int(side)]
             corners.append(face)
-    shades = ["#2f7de1", "#2f7de1", "#7fb2f0", "#7fb2f0", "#1f5fb5", ORANGE]
+    shades = [RED, RED, "#d8575b", "#d8575b", "#a8262b", CREAM]
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
@@ -201,7 +217,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
 
     `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
     `tip` is False, the body is this cylinder. If `tip` is True, the body is a spinning top of about
-    the same size that stands on the origin. The colours make the rotation visible.
+    the same size that stands on the origin. A bright sector makes the rotation visible.
     """
     low = height - half
     if tip:
@@ -209,7 +225,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
         start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
         body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
         stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
-        profile = foot + start + [(r, low + z * half) for r, z in body + stem]
+        profile = foot + start + [(r, low + z * half) for r, z in [*_smooth(body), *stem]]
     else:
         profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
     r, z = np.array(profile).T
@@ -219,9 +235,24 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
     rings[..., :2] = radius * r[:, None, None] * ring
     rings[..., 2] = z[:, None]
     quads = np.stack([rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]], axis=2)
-    marked = np.arange(_SLICES) // (_SLICES // 8) % 4 == 0
-    colours = np.where(marked[:, None], to_rgb(ORANGE), to_rgb(BLUE))
+    marked = np.arange(_SLICES) < _SLICES // 6
+    colours = np.where(marked[:, None], to_rgb(CREAM), to_rgb(RED))
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
+
+
+def _smooth(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return points of a smooth curve (Catmull-Rom spline) through points (r, z), with r <= 1."""
+    given = np.array(points)
+    slopes = np.gradient(given, axis=0)
+    u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
+    parts = [
+        (1 + 2 * u) * (1 - u) ** 2 * p + u**2 * (3 - 2 * u) * q
+        + u * (1 - u) ** 2 * a - u**2 * (1 - u) * b
+        for p, q, a, b in zip(given[:-1], given[1:], slopes[:-1], slopes[1:], strict=True)
+    ]  # fmt: skip
+    curve = np.concatenate([*parts, given[-1:]])
+    curve[:, 0] = np.minimum(curve[:, 0], 1.0)
+    return [(float(r), float(z)) for r, z in curve]
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:

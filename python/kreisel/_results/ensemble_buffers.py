@@ -9,11 +9,11 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from .._core import Work, Worker, alone, statuses, values_of_tops
+from .._core import Work, Worker, alone, derivatives_of_tops, statuses, values_of_tops
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE
+from .._options.quantities import QUANTITIES, RECORDABLE, derivative_shape
 from .._utils.validation import Array
 
 Codes = npt.NDArray[np.int8]
@@ -53,6 +53,9 @@ class EnsembleBuffers:
     reached        (n,) the time of the last valid state [T]
     states         (n, k, 8) states as in a path; q and m are NaN after the last valid state
     low            (n, k, 8) the low words of the states
+    tangents       (n, k, 6, c) the tangents of the states
+    tangents_low   (n, k, 6, c) their low words
+    truncation     (n,) the truncation error of the tangents of each top
     columns        quantities stored instead of states, (n, k, ...) each
     reduced        (n, r) the reductions of each top's path, in the order of the options
     last           {row of a failed top: array (1, 8) with the last valid state}; if low words are
@@ -68,6 +71,9 @@ class EnsembleBuffers:
     reached: Array
     states: Array | None = None
     low: Array | None = None
+    tangents: Array | None = None
+    tangents_low: Array | None = None
+    truncation: Array | None = None
     columns: dict[str, Array] = field(default_factory=dict)
     reduced: Array | None = None
     last: dict[int, Array] = field(default_factory=dict)
@@ -92,6 +98,10 @@ class EnsembleBuffers:
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
             buffers.low = np.empty((n, k, 8)) if options.solve.has_low_words else None
+        if options.solve.tangents:
+            shape = n, k, 6, options.solve.tangent_columns
+            buffers.tangents, buffers.truncation = np.empty(shape), np.full(n, np.nan)
+            buffers.tangents_low = np.empty(shape) if options.solve.has_low_words else None
         return buffers
 
     @property
@@ -100,7 +110,8 @@ class EnsembleBuffers:
         return len(self.status)
 
     def _arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        names = "status", "done", "counts", "reached", "states", "low", "reduced"
+        names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
+        names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
         return {name: array for name, array in arrays.items() if array is not None}
 
@@ -159,7 +170,8 @@ class EnsembleBuffers:
         """Give tops that have not run the status ERR_INTERRUPTED, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
-        for array in (self.states, self.reduced, self.low, *self.columns.values()):
+        values = self.states, self.reduced, self.low, self.tangents, self.tangents_low
+        for array in (*values, *self.columns.values()):
             if array is not None:
                 array[waiting] = np.nan
         if self.states is not None:
@@ -208,7 +220,7 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, with events and low words, and return the tops' rows.
+    """Run the tops begin..end one by one and return their rows, with events and tangents.
 
     The arguments are those of run_lanes.
     """
@@ -217,6 +229,7 @@ def run_scalar(
         *options.solve.core, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
+        options.solve.tangent_bits, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
     if options.core_events is not None:
@@ -234,4 +247,17 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
     n, k, _ = buffers.states.shape
     out = np.empty((n, k, *QUANTITIES[name].shape))
     values_of_tops(name, tops._core_scenes, buffers.states, buffers.done, out)
+    return out
+
+
+def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
+    """Return the derivatives (n, k, ..., c) of a quantity at all states of all tops.
+
+    `bits` is the sum of the core's bits of the parameters.
+    """
+    assert buffers.states is not None and buffers.tangents is not None
+    n, k, _, columns = buffers.tangents.shape
+    out = np.empty((n, k, *derivative_shape(name), columns))
+    states, done = buffers.states, buffers.done
+    derivatives_of_tops(name, tops._core_scenes, states, done, bits, buffers.tangents, out)
     return out

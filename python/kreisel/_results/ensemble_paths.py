@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from .._options.quantities import LOW, RECORDABLE
+from .._options.quantities import LOW, RECORDABLE, check_quantity
 from .._utils.errors import suggest
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
-from .ensemble_buffers import RawEvents, values
+from .ensemble_buffers import RawEvents, derivatives, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
 from .path import Events, Path
 from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantities
 from .tables import quantity_rows
+from .tangent_data import TANGENT_ATTRIBUTES
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -102,6 +103,46 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._quantity_values("m_low")
 
     @property
+    def tangents(self) -> Array:
+        """(*shape, k, 6, c) derivatives of the states, as in Path.tangents."""
+        return self._reshape(self._tangents())
+
+    @property
+    def tangents_low(self) -> Array:
+        """(*shape, k, 6, c) low words of the tangents; zero up to 16 digits."""
+        high, low = self._tangents(), self._buffers.tangents_low
+        return self._reshape(0.0 * high if low is None else low)
+
+    @property
+    def tangents_rest(self) -> Array:
+        """(*shape) the truncation error of the tangents of each top, relative to their size."""
+        self._tangents()
+        assert self._buffers.truncation is not None
+        return self._reshape(self._buffers.truncation)
+
+    def derivative(self, quantity: QuantityName) -> Array:
+        """Return the derivatives (*shape, k, ..., c) of a quantity, as Path.derivative does.
+
+            >>> import kreisel as kr
+            >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
+            >>> paths = kr.solve(tops, [0.0, 1.0], tangents="start")
+            >>> paths.derivative("apex").shape
+            (2, 2, 3, 6)
+
+        Raises AttributeError if the paths have no tangents, and ValueError for an unknown name.
+        """
+        self._tangents()
+        name, bits = check_quantity(quantity), self._options.solve.tangent_bits
+        return self._reshape(derivatives(name, self.tops, self._buffers, bits))
+
+    def _tangents(self) -> Array:
+        """Return the tangents of all tops, or raise AttributeError if there are none."""
+        if self._buffers.tangents is None:
+            hint = TANGENT_ATTRIBUTES["tangents"]
+            raise AttributeError(f"these paths have no tangents: {hint}")
+        return self._buffers.tangents
+
+    @property
     def q_xyzw(self) -> Array:
         """(*shape, k, 4) unit quaternions (x, y, z, w), with the scalar component last."""
         return self._quantity_values("q")[..., [1, 2, 3, 0]]
@@ -114,6 +155,9 @@ class Paths(EnsembleResult, QuantityAttributes):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
                 raise self._missing_error(name)
+            if name in TANGENT_ATTRIBUTES and self._buffers.tangents is None:
+                hint = TANGENT_ATTRIBUTES[name]
+                raise AttributeError(f"these paths have no {name!r}: {hint}")
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(f"paths have no {short_repr(name)}; {suggest(name, known)}")
 

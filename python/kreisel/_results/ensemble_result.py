@@ -21,6 +21,7 @@ from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuff
 from .indexing import flat_index, flat_indices
 from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception
 from .state_quantities import NO_STATES
+from .tangent_data import TangentData
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -62,7 +63,8 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for tops that have a closed form, and taylor for all other tops.
+        'auto' uses exact for Lagrange tops, spherical bodies and bodies without torque, and taylor
+        for all other tops.
         """
         return self._options.solve.requested_method
 
@@ -211,10 +213,23 @@ class EnsembleResult(ReadOnlyArrays):
             states = buffers.states[i, :done]
             low = None if buffers.low is None else buffers.low[i, :done]
         path = self._path(i, states, low)
+        if buffers.tangents is not None:
+            return replace(path, _tangent_data=self._tangent_data(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
             path = replace_columns(path, {"t": self._times(i)[:done].copy()} | columns)
         return self._with_last(i, path) if i in buffers.last or buffers.status[i] else path
+
+    def _tangent_data(self, i: int) -> TangentData:
+        """Return the tangents of the i-th top at its valid states."""
+        buffers, done = self._buffers, int(self._buffers.done[i])
+        assert buffers.tangents is not None and buffers.truncation is not None
+        high, low = buffers.tangents[i, :done], buffers.tangents_low
+        rest = np.zeros_like(high) if low is None else low[i, :done]
+        truncation = float(buffers.truncation[i])
+        return TangentData(
+            read_only(high), read_only(rest), truncation, self._options.solve.tangents
+        )
 
     def _path(self, i: int, states: Array, low: Array | None) -> Path:
         times = self._times(i)

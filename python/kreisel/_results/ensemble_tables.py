@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._model.scene import Ensemble
 from .._options.quantities import ANGLES, QUANTITIES, TIME, Quantity
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
@@ -62,7 +63,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     for name, (dims, values, about) in _top_variables(reduced).items():
-        columns[name] = _broadcast_to_tops(reduced, dims, values)
+        columns[name] = broadcast_to_tops(reduced.tops, dims, values)
         units[name] = str(about["units"])
     for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
@@ -115,18 +116,7 @@ def _run_attributes(of: EnsembleResult) -> dict[str, object]:
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
     """Return a variable for each parameter that varies, and variables `status` and `reached`."""
-    axes = of.tops.axes
-    rows: dict[str, Variable] = {}
-    for word, values in of.tops.coords.items():
-        shape = np.shape(values)[: of.ndim]
-        inner = np.shape(values)[of.ndim :]
-        at = [d for d, n in enumerate(shape) if n > 1 or of.shape[d] == 1]
-        dims = tuple(axes[d] for d in at)
-        if word in axes and dims != (word,):
-            continue  # in xarray, a variable named like a dimension must have only this dimension
-        kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
-        own = tuple(f"{word}_component" for _ in inner)
-        rows[word] = ((*dims, *own), kept, {"units": ""})
+    axes, rows = of.tops.axes, parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
     about: dict[str, object] = {
@@ -137,15 +127,32 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
     return rows
 
 
-def _broadcast_to_tops(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
+def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
+    """Return a variable for each parameter that varies."""
+    axes = tops.axes
+    rows: dict[str, Variable] = {}
+    for word, values in tops.coords.items():
+        shape = np.shape(values)[: tops.ndim]
+        inner = np.shape(values)[tops.ndim :]
+        at = [d for d, n in enumerate(shape) if n > 1 or tops.shape[d] == 1]
+        dims = tuple(axes[d] for d in at)
+        if word in axes and dims != (word,):
+            continue  # in xarray, a variable named like a dimension must have only this dimension
+        kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
+        own = tuple(f"{word}_component" for _ in inner)
+        rows[word] = ((*dims, *own), kept, {"units": ""})
+    return rows
+
+
+def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
     """Return one value per top, from an array along the dimensions `dims`.
 
     Vectors are returned as tuples.
     """
-    axes = of.tops.axes
+    axes = tops.axes
     own = [d for d in dims if d not in axes]
-    shape = [n if axis in dims else 1 for axis, n in zip(axes, of.shape, strict=True)]
+    shape = [n if axis in dims else 1 for axis, n in zip(axes, tops.shape, strict=True)]
     inner = values.shape[len(dims) - len(own) :]
-    over = np.broadcast_to(values.reshape(*shape, *inner), (*of.shape, *inner))
-    flat = over.reshape(of.size, *inner)
+    over = np.broadcast_to(values.reshape(*shape, *inner), (*tops.shape, *inner))
+    flat = over.reshape(tops.size, *inner)
     return list(map(tuple, flat.tolist())) if inner else flat

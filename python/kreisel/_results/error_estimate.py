@@ -170,7 +170,12 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Return the largest angle [rad] between corresponding attitudes of two arrays.
+    """Return the largest of the `angles_between` two arrays of attitudes [rad]."""
+    return float(angles_between(one, other).max())
+
+
+def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Return the angles (n,) between corresponding attitudes of two arrays [rad].
 
     Each argument is a pair of attitudes (n, 4) and their low words. Subtracting the attitudes
     before multiplying them keeps all digits of small angles.
@@ -181,4 +186,5 @@ def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     d = (sign * q - p) + (sign * q_low - p_low)
     # The vector part of conjugate(p) * (q - p), in terms of d = q - p.
     vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
-    return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())
+    angles: Array = 2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot))
+    return angles

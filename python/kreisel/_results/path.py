@@ -19,6 +19,7 @@ from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
+from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import ORIGIN, CoreResult, Origin, creation_error, record_unordered
@@ -29,6 +30,8 @@ from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
 from .tables import Tables
 from .tangent_data import TangentData
+
+MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,7 +146,7 @@ class Path(ReadOnlyArrays, Tables):
     @cached_property
     def plan(self) -> Plan:
         """The kreisel.Plan of this path: what the solver used and left out, and why."""
-        return make_plan(self.scene, self._options, len(self), self._choice)
+        return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
     def events(self) -> Events:
@@ -277,11 +280,30 @@ class Path(ReadOnlyArrays, Tables):
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
 
-    def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
+    def plot(
+        self,
+        axes: Iterable[Axes] | None = None,
+        *,
+        degrees: bool = True,
+        time_unit: str = "T",
+    ) -> Picture:
         """Draw this path as kreisel.plot does, and return the picture."""
         from .._plot.charts import plot_paths
 
-        return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
+        events = self.events.path if len(self.events) else None
+        return plot_paths([(self, events)], axes, degrees, time_unit)
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of this path, which notebooks display.
+
+        Returns None if matplotlib is missing, or if the path has no states, too many states or not
+        the quantities that are drawn. The notebook then displays the repr.
+        """
+        drawn = {"apex", "nutation", "precession_angle"}
+        is_stored = self.want is None or drawn.issubset(self.want)
+        if not is_stored or not 0 < len(self) <= MOST_DISPLAYED:
+            return None
+        return display_picture(lambda: self.plot()[0], repr(self))
 
     def animate(
         self,
@@ -290,20 +312,24 @@ class Path(ReadOnlyArrays, Tables):
         speed: float | None = None,
         fps: int = 25,
         size: int = 480,
+        time_unit: str | None = None,
     ) -> Film:
         """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
 
         A notebook displays the film, and the film can be written to a file. A body that is
         symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
         proportions of the drawn body follow from the moments of inertia. Its centre lies on the
-        line through the fixed point and the centre of mass. The camera sees the initial tilt from
-        the side.
+        line through the fixed point and the centre of mass. The floor is so low that the body does
+        not touch it, and carries the shadow of the body. The camera sees the initial tilt from the
+        side.
 
-        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written atomically
-        speed  the time of the path that passes in one second of the film [T]; default: the whole
-               path in 8 seconds
-        fps    frames per second; the duration of a frame of a GIF is rounded to 1/100 second
-        size   the height and width of a frame [pixels]
+        file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
+                   atomically
+        speed      the time of the path that passes in one second of the film [T]; default: the
+                   whole path in 8 seconds
+        fps        frames per second; the duration of a frame of a GIF is rounded to 1/100 second
+        size       the height and width of a frame [pixels]
+        time_unit  the unit of time in which the scene is described, for the clock; default: none
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, 2)
@@ -317,7 +343,7 @@ class Path(ReadOnlyArrays, Tables):
         """
         from .._plot.film import make_film
 
-        return make_film(self, file, speed, fps, size)
+        return make_film(self, file, speed, fps, size, time_unit)
 
 
 @dataclass(frozen=True, eq=False)

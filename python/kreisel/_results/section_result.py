@@ -11,14 +11,22 @@ import numpy.typing as npt
 from .._core import Work, Worker
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
-from .._utils.errors import suggest
+from .._options.quantities import ANGLES, QUANTITIES, TIME
+from .._utils.errors import suggest, unknown_name_message
+from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityAttributes
-from .._utils.validation import Array, read_only, short_repr
+from .._utils.validation import Array, as_bool, as_unit, check_type, read_only, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
+from .indicators import Indicator
 from .path import Path, stop_exception
 from .state_quantities import STATE_COLUMNS, add_quantities
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_DRAWABLE = (TIME, *QUANTITIES.values())
 
 
 class Section(EnsembleResult, QuantityAttributes):
@@ -97,6 +105,74 @@ class Section(EnsembleResult, QuantityAttributes):
         """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
         return self.states[:, STATE_COLUMNS["m"]]
 
+    def plot(
+        self,
+        axes: Axes | None = None,
+        *,
+        x: str = "spin_angle",
+        y: str = "apex_z",
+        indicator: Indicator | None = None,
+        degrees: bool = True,
+        time_unit: str = "T",
+    ) -> Axes:
+        """Draw a point for each state of the section with matplotlib, and return the axes.
+
+        axes       the axes to draw in; default: a new figure
+        x, y       the names of the components to draw, as in path.to_pandas, or "t". A section over
+                   spin_angle and axial_momentum, which are conjugate, preserves areas
+        indicator  an indicator of chaos of the same tops. Colours then tell regular, chaotic and
+                   doubtful tops apart; otherwise each top has a colour of its own
+        degrees    False: angles in radians instead of degrees
+        time_unit  the unit of time in which the scenes are described, for the labels
+
+            >>> import kreisel as kr
+            >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+            >>> axes = kr.section(tops, n=20).plot(indicator=kr.megno(tops, 1000))
+            >>> axes.get_xlabel(), axes.get_ylabel()
+            ('spin angle [°]', 'apex z')
+
+        Raises ValueError for an unknown name and for an indicator of another shape, and ImportError
+        if matplotlib is not installed.
+        """
+        if indicator is not None:
+            check_type("indicator", indicator, Indicator)
+            is_one = self.size == 1 and not indicator.status.shape  # both of a single scene
+            if indicator.status.shape != self.shape and not is_one:
+                raise ValueError(
+                    f"indicator must be of the same tops, of shape {self.shape}, not of shape "
+                    f"{indicator.status.shape}"
+                )
+        unit, in_degrees = as_unit("time_unit", time_unit), as_bool("degrees", degrees)
+        across = self._axis("x", x, in_degrees, unit)
+        up = self._axis("y", y, in_degrees, unit)
+        from .._plot.growth_charts import classify
+        from .._plot.section_chart import draw_points
+
+        classes = None if indicator is None else classify(indicator)
+        row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
+        return draw_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
+
+    def _axis(self, axis: str, name: str, degrees: bool, unit: str) -> tuple[Array, str]:
+        """Return the values of the component called `name`, and the label of its axis."""
+        if not isinstance(name, str):
+            raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
+        known = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
+        if name not in known:
+            raise ValueError(unknown_name_message("component", name, known))
+        from .._plot.panels import unit_label
+
+        quantity = known[name]
+        values = getattr(self, quantity.name).reshape(len(self.states), -1)
+        column: Array = values[:, quantity.components.index(name)]
+        dimension = quantity.dimension
+        if quantity.name in ANGLES:
+            column, dimension = (np.degrees(column), "°") if degrees else (column, "rad")
+        return column, unit_label(name.replace("_", " "), dimension, unit)
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of the section, or None if there is nothing to draw."""
+        return display_picture(self.plot, repr(self)) if len(self.states) else None
+
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
@@ -165,21 +241,3 @@ def run_section(
 
 
 SECTION = SliceRunner(run_section, is_native=True)
-
-
-def slowest_turns(tops: Ensemble) -> Array:
-    """Estimate how long each top takes for one turn about the axis of its largest moment [T].
-
-    The times are an array (n,), computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I
-    and sqrt(mass |gravity| |com| / I), with the largest moment I and the momentum h of the rotor.
-    The first value is the rate of a rotation, the second the angular frequency of a pendulum. The
-    time is 1 for a top at rest without torque.
-    """
-    body = tops.body
-    largest = np.max(body.moments, axis=-1)
-    momentum = np.linalg.norm(tops.momentum, axis=-1) + np.linalg.norm(body.rotor, axis=-1)
-    rate = momentum / largest
-    torque = body.mass * np.abs(tops.gravity) * np.linalg.norm(body.com, axis=-1)
-    rate = np.broadcast_to(np.maximum(rate, np.sqrt(torque / largest)), tops.shape).reshape(-1)
-    turns: Array = np.divide(2.0 * np.pi, rate, out=np.ones(tops.size), where=rate > 0.0)
-    return turns

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from .._core import modified_energy, modified_energy4, values
+from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
+from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
@@ -186,8 +186,9 @@ class States(QuantityAttributes):
 
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
-        respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
-        mass. Each column is the change per unit of its parameter, at constant initial momentum.
+        respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass
+        and the damping (3). Each column is the change per unit of its parameter, at constant
+        initial momentum.
         """
         return self._tangents().high
 
@@ -195,7 +196,7 @@ class States(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        The low words are below the rounding error of doubles if at most 16 digits were requested.
+        The low words are zero if at most 16 digits were requested.
         """
         return self._tangents().low
 
@@ -213,9 +214,37 @@ class States(QuantityAttributes):
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
         Each number is rounded once, with the relative error 2^-53. Raises AttributeError unless the
-        path was solved with all tangents.
+        path was solved with the tangents by all numbers that are not zero.
         """
         return self._tangents().conditioning(self.scene)
+
+    def derivative(self, quantity: QuantityName) -> Array:
+        """Return the derivatives of a quantity, if solve was called with `tangents`.
+
+        The array has the shape (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
+        `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors seen
+        from the body [rad], (n, 3, c). Angles change without jumps.
+
+        The values are NaN where there is no derivative: of Euler's angles if the apex is vertical,
+        and of quantities that depend on the apex, by com, if com is zero. Those of `kowalewski` and
+        `goryachev_chaplygin` are NaN by numbers whose change makes the body one of another kind:
+        the moments, and com along the axis of the moment that differs.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
+            >>> path.derivative("nutation").shape, path.derivative("apex").shape
+            ((2, 7), (2, 3, 7))
+
+        quantity  the name of a quantity, except t and the low words
+
+        Raises AttributeError if the path has no tangents, and ValueError for an unknown name.
+        """
+        if self._tangent_data is None:
+            hint = TANGENT_ATTRIBUTES["derivative"]
+            raise AttributeError(f"this path has no derivatives: {hint}")
+        name, data = check_quantity(quantity), self._tangent_data
+        block = self.scene._block
+        return read_only(derivatives(name, block, self.states, data.bits, data.high))
 
     def _tangents(self) -> TangentData:
         if self._tangent_data is None:

@@ -17,6 +17,7 @@ TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the er
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
     "conditioning": f"{_ALL} to have it",
+    "derivative": "solve with tangents='start' to have it",
 }
 _ROUNDING = 2.0**-53
 
@@ -46,25 +47,33 @@ class TangentData(NamedTuple):
         """Return the tangents of the states that `which` selects."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
+    @property
+    def bits(self) -> int:
+        """The sum of the core's bits of the parameters."""
+        return sum(TANGENTS[name][0] for name in self.by)
+
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
-        Raises AttributeError if some tangents are missing, and ValueError for a body with a rotor.
+        Raises AttributeError if some tangents are missing. Those by numbers that are zero are not
+        needed, because a zero is not rounded. Raises ValueError for a body with a rotor.
         """
         if any(scene.body.rotor):
             raise ValueError(
                 "conditioning does not support bodies with rotors: derivatives by the rotor are "
                 "not computed"
             )
-        if self.by != tuple(TANGENTS):
+        data = {
+            # a change of a unit quaternion rotates by twice its size
+            "start": (2.0, 2.0, 2.0, *scene.momentum),
+            "moments": scene.body.moments,
+            "com": scene.body.principal_com,
+            "gravity": (scene.gravity,),
+            "mass": (scene.body.mass,),
+            "damping": scene.damping,
+        }
+        if any(name not in self.by and any(numbers) for name, numbers in data.items()):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
-        data = [
-            *(2.0, 2.0, 2.0),  # a change of a unit quaternion rotates by twice its size
-            *scene.momentum,
-            *scene.body.moments,
-            *scene.body.principal_com,
-            scene.gravity,
-            scene.body.mass,
-        ]
+        sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return read_only(_ROUNDING * (moved * np.abs(data)).sum(axis=1))
+        return read_only(_ROUNDING * (moved * sizes).sum(axis=1))

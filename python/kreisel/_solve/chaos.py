@@ -6,7 +6,6 @@ A heavy top has at most one positive Lyapunov exponent, because energy and <m, e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,13 +17,10 @@ from .._options.solve_options import Progress, parse_progress, parse_tol
 from .._options.times import check_horizon, time_array
 from .._results.executor import WorkerPool
 from .._results.indicators import (
-    LOG,
-    MEGNO,
-    MOST,
-    CurveFunction,
     Indicator,
     compute_indicator,
     raise_if_failed,
+    single_indicator,
 )
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
@@ -78,11 +74,7 @@ def lyapunov(
     kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. Source: Benettin,
     Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
-
-    def curve(rows: Array, times: Array) -> Array:
-        return rows[..., LOG] / np.abs(times)
-
-    return _run_indicator(scene, t, direction, tol, max_steps, threads, progress, curve)
+    return _run_indicator("lyapunov", scene, t, direction, tol, max_steps, threads, progress)
 
 
 def megno(
@@ -111,9 +103,7 @@ def megno(
     Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astron. Astrophys. Suppl.
     147 (2000).
     """
-    return _run_indicator(
-        scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MEGNO]
-    )
+    return _run_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
 
 
 def oli(
@@ -141,12 +131,11 @@ def oli(
     Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
     Celest. Mech. 83 (2002).
     """
-    return _run_indicator(
-        scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MOST]
-    )
+    return _run_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
 
 
 def _run_indicator(
+    name: str,
     scene: Scene | Ensemble,
     t: Numbers,
     direction: object,
@@ -154,21 +143,19 @@ def _run_indicator(
     max_steps: object,
     threads: object,
     progress: Progress | None,
-    function: CurveFunction,
 ) -> Indicator:
     times, controls = parse_growth(scene, t, direction, tol, max_steps)
     pool, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
     if isinstance(scene, Ensemble):
-        return compute_indicator(scene, times, function, controls, pool, callback)
+        return compute_indicator(scene, times, name, controls, pool, callback)
     check_horizon(scene, float(times[-1]), None)
     tops = Ensemble.of([scene])
-    result = compute_indicator(tops, times, function, controls, pool, callback)
+    result = compute_indicator(tops, times, name, controls, pool, callback)
     status = str(result.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
         raise status_to_exception(status, f"no tangent in the direction {direction!r} of {scene!r}")
     raise_if_failed(tops, result, statuses[status][1])
-    own = {"curve": result.curve[0], "certificate": result.certificate[0:1].reshape(())}
-    return replace(result, **own, status=result.status[0:1].reshape(()))
+    return single_indicator(result)
 
 
 def parse_growth(

@@ -23,6 +23,7 @@ from .._options.plan import GEOMETRIC, Plan, make_plan
 from .._options.solve_options import parse_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
+from .._utils.html import format_table
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers
 from .keywords import PlanKeywords
@@ -61,7 +62,8 @@ class EnsemblePlan:
     measured: int
     first: Plan | None
 
-    def __str__(self) -> str:
+    def _rows(self) -> list[tuple[str, str]]:
+        """Return the lines of the description as pairs, without the plan of the first top."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,
@@ -75,8 +77,16 @@ class EnsemblePlan:
             parts["recorded"] = f"{self.states} states each: {1e-6 * self.bytes:.3g} MB in all"
         if self.seconds is not None:
             parts["time"] = f"about {self.seconds:.2g} s, measured on {self.measured} of the tops"
-        lines = [f"{name:<11}{text}" for name, text in parts.items()]
+        return list(parts.items())
+
+    def __str__(self) -> str:
+        lines = [f"{name:<11}{text}" for name, text in self._rows()]
         return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
+
+    def _repr_html_(self) -> str:
+        """Return the plan as a table, which notebooks display."""
+        first = [("the first top", ""), *self.first._rows()] if self.first else []
+        return format_table([*self._rows(), *first])
 
 
 @overload
@@ -137,9 +147,10 @@ def plan(
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
         return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
-    options = parse_options(scene, method, step, tol, digits, 0, want, every)
-    states = None if t is None else time_array(t, options.step, options.every, options.size).size
-    return make_plan(scene, options, states)
+    options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
+    times = None if t is None else time_array(t, options.step, options.every, options.size)
+    states = None if times is None else times.size
+    return make_plan(scene, options, states, times=times)
 
 
 def _plan_ensemble(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, Literal, overload
@@ -19,6 +19,7 @@ from .._core import (
     statuses,
     torus_plan,
     torus_states,
+    torus_states_at,
     turning_potential,
 )
 from .._model.scene import Ensemble, Scene
@@ -34,7 +35,15 @@ from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
-from .._utils.validation import Array, Numbers, as_finite_array, as_float, check_type, short_repr
+from .._utils.validation import (
+    Array,
+    Numbers,
+    as_finite_array,
+    as_float,
+    as_int,
+    check_type,
+    short_repr,
+)
 from .exact_ensemble import (
     ExactEnsemble,
     from_ensemble,
@@ -42,6 +51,7 @@ from .exact_ensemble import (
     no_closed_form_error,
     parse_time_list,
 )
+from .torus_actions import compute_action
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -209,11 +219,85 @@ class ExactTorus(Exact):
     mismatch: float
     _torus: TorusPlan = field(repr=False, compare=False)
 
+    @cached_property
+    def actions(self) -> tuple[float, float, float]:
+        """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
+
+        An action is the integral of <m, dR R^T> along a loop of the torus, divided by 2 pi. Here m
+        is the angular momentum, and R turns the body's axes into space. Along a loop, one angle
+        makes a turn in the direction in which it grows with time, and the others are constant. The
+        third action is <m, e3>. The energy is a function of the actions, and its derivatives are
+        the frequencies: between neighbouring tops, d energy = sum of frequencies * d actions. For
+        Goryachev-Chaplygin tops, the neighbours must have <m, e3> = 0 too.
+
+        Some motions already return after half a turn of the first angle, or of both angles, up to a
+        rotation about the vertical. The loops of the actions are then not the smallest ones.
+
+        Raises ValueError if the motion is too near to a separatrix. Source: V. I. Arnold,
+        Mathematical Methods of Classical Mechanics, section 50.
+        """
+        is_level = self.scene.body.kind == "goryachev_chaplygin"
+        first, second = (compute_action(self._states_at, j, is_level) for j in (0, 1))
+        return first, second, 0.0 if is_level else self.scene.momentum[2]
+
+    def find_quasi_periods(self, n: int = 4) -> Array:
+        """Return `n` times after which the body nearly returns, each nearer than before.
+
+        The shape is (n, 3). A row has the turns of the first angle, the turns of the second angle,
+        and the time [T]. Both numbers of turns are whole, and their ratio is a convergent of the
+        continued fraction of the frequencies' ratio. Each row is thus a near resonance of the
+        frequencies. After this time, the momentum and the vertical, as seen from the body, are
+        nearly those of the start. There are fewer rows if a resonance is exact within rounding
+        errors.
+
+            >>> import kreisel as kr
+            >>> top = kr.exact(kr.scenes.kowalewski)
+            >>> first, second, time = top.find_quasi_periods(4)[-1]
+            >>> int(first), int(second), round(float(time), 6)
+            (8, 3, 99.319028)
+
+        Raises TypeError or ValueError if `n` is not a positive whole number.
+        """
+        count = as_int("n", n, 1)
+        first, second, _ = self.frequencies
+        turns: list[tuple[int, int]] = []
+        for one, two in _find_convergents(first / second):
+            if len(turns) == count:
+                break
+            if one > 0:
+                turns.append((one, two))
+        whole = np.array(turns, dtype=np.float64).reshape(-1, 2)
+        times = math.tau * whole.sum(axis=1) / (first + second)
+        return np.column_stack([whole, times])
+
+    def _states_at(self, turns: Array) -> Array:
+        """Return states, as rows, at rows of the first two angles of the torus [turns].
+
+        The heading is that of the start or, for a Goryachev-Chaplygin top, arbitrary.
+        """
+        return torus_states_at(self._torus, turns)
+
     def _states(self, t: object, most: float) -> Array | None:
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
         return _exact_torus, (self.scene,)
+
+
+def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
+    """Yield the convergents of a positive number as pairs of numerator and denominator.
+
+    Ends when a convergent equals the number within its rounding error.
+    """
+    before, last, rest = (0, 1), (1, 0), ratio
+    while True:
+        part = math.floor(rest)
+        before, last = last, (part * last[0] + before[0], part * last[1] + before[1])
+        yield last
+        miss = abs(ratio - last[0] / last[1])
+        if rest == part or miss <= 4.0 * math.ulp(ratio):
+            return
+        rest = 1.0 / (rest - part)
 
 
 @dataclass(frozen=True)

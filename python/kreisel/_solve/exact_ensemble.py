@@ -17,6 +17,7 @@ from .._core import (
     exact_turnings,
     horizons,
     statuses,
+    torus_heads,
     unsuited,
 )
 from .._model.scene import Ensemble, Scene
@@ -32,7 +33,7 @@ from .._options.ensemble_options import (
     parse_threads,
     unravel_index,
 )
-from .._options.methods import EXACT, explain_no_closed_form, methods
+from .._options.methods import EXACT, explain_no_closed_form, has_torus, methods
 from .._options.times import check_horizon
 from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
@@ -54,6 +55,9 @@ class ExactEnsemble:
     computed on first access. All values are those that kreisel.exact returns for each scene alone,
     and the states are bitwise equal. The attributes of the turning points raise ValueError if a
     scene has no turning points.
+
+    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. They are
+    NaN for all other tops.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -105,10 +109,12 @@ class ExactEnsemble:
 
         A run of the ensemble computes the same states faster, but its times must lead away from 0.
         A run is not used if a time is 0, because it would return the initial state itself instead
-        of the state of the closed form.
+        of the state of the closed form. It is not used for closed forms on a torus either, because
+        a run evaluates these in working axes, with other rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
-        if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
+        is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
+        if is_away and not self._has_torus:
             pool = WorkerPool(parse_threads(None, None))
             options = parse_ensemble_options(self.tops, EXACT)
             paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
@@ -143,25 +149,35 @@ class ExactEnsemble:
         Raises ValueError for the first top that the function rejects.
         """
         found: list[tuple[int, str]] = []
+        work = Work()
 
         def job(begin: int, end: int) -> Job[tuple[str, int]]:
-            return function, (
-                self.tops._core_scenes,
-                begin,
-                end,
-                *(each[begin:end] for each in rows),
-            )
+            parts = (each[begin:end] for each in rows)
+            return partial(function, work=work), (self.tops._core_scenes, begin, end, *parts)
 
         def collect(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
                 found.append((result[1], result[0]))
 
         pool = WorkerPool(parse_threads(None, None))
-        pool.run(SliceTask(self.tops.size, job, collect, Work()))
+        pool.run(SliceTask(self.tops.size, job, collect, work))
         if found:
             first, status = min(found)
             error = _no_turning_error if function is exact_turnings else no_closed_form_error
             raise error(status, member(self.tops, first), self._error_prefix(first))
+
+    @cached_property
+    def _has_torus(self) -> bool:
+        """True if a top has a closed form on a torus."""
+        return unsuited(self.tops._core_scenes, "auto")[1] > 0
+
+    @cached_property
+    def _heads(self) -> Array:
+        """Frequencies, certificate and mismatch as an array (n, 5)."""
+        heads = np.full((self.tops.size, 5), np.nan)
+        if self._has_torus:
+            self._run_slices(torus_heads, heads)
+        return heads
 
     @cached_property
     def _mean_rates(self) -> Array:
@@ -192,6 +208,21 @@ class ExactEnsemble:
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
         return self._reshape(self._mean_rates[:, 2])
+
+    @property
+    def frequencies(self) -> Array:
+        """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [T^-1]."""
+        return read_only(self._heads[:, :3].reshape(*self.tops.shape, 3))
+
+    @property
+    def certificate(self) -> Array:
+        """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
+        return self._reshape(self._heads[:, 3])
+
+    @property
+    def mismatch(self) -> Array:
+        """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
+        return self._reshape(self._heads[:, 4])
 
     @property
     def least_nutation(self) -> Array:
@@ -236,12 +267,14 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     Raises ValueError if a scene has no closed form; the message contains the index of the first
     such scene.
     """
-    first, count = unsuited(tops._core_scenes, "auto")
+    first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
         raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
-    return ExactEnsemble(tops, word)
+    forms = ExactEnsemble(tops, word)
+    _ = forms._heads  # many motions of these tops are refused, so they are checked at once
+    return forms
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
@@ -257,6 +290,8 @@ def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueErr
     """Return the exception for a scene that the core's closed forms reject with `status`."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
+    if has_torus(scene):
+        return ValueError(f"{where}{explain_no_closed_form(scene)}: {scene!r}")
     return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 

@@ -502,8 +502,8 @@ def start(
 ) -> Run:
     """Start a run of a scene that can be advanced in several calls.
 
-    run.to(t) advances the run to t, with the results of kreisel.solve. run.save(file) saves the
-    run, and kreisel.resume continues it later.
+    run.to(t) advances the run to t, with the results of kreisel.solve by the same method.
+    run.save(file) saves the run, and kreisel.resume continues it later.
 
         file = pathlib.Path("run.kreisel")
         run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)

@@ -20,7 +20,8 @@ from .._options.methods import FALLBACK
 from .._options.solve_options import Progress, parse_progress
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
-from .._results.section_result import SECTION, Section, slowest_turns
+from .._results.section_result import SECTION, Section
+from .._results.turn_times import slowest_turns
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
 

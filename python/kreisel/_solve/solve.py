@@ -24,6 +24,7 @@ from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
     out: Array | None
+    tangents: TangentSpec | None
 
 
 @overload
@@ -67,8 +68,11 @@ def solve(
                0. A number: record the start and the state at t, or with `every` the states after
                every `every` steps. Negative times: back in time [T]
     method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
-               always taylor if digits or events are given; 'geometric' chooses a
-               structure-preserving method and a step with which the error is at most `error`
+               always taylor if digits or events are given. For Kowalewski and Goryachev-Chaplygin
+               tops, 'auto' uses exact only for one scene, and only if exact is at least as accurate
+               as taylor and, according to the times, not slower (see kreisel.plan). 'geometric'
+               chooses a structure-preserving method and a step with which the error is at most
+               `error`
     step       positive [T]. Required by fixed-step methods, which reach times between their steps
                by a separate, shorter step. For adaptive methods it is the first step
     tol        adaptive methods: the local error of a step; implicit methods: the residual of the
@@ -88,10 +92,11 @@ def solve(
                with the last time [T]; an exception in it stops the run
     events     taylor only: an event of kreisel.events or a list of events; path.events has the
                occurrences. A terminal event ends the path
-    tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
-               "mass". path.tangents has the derivatives of the states with respect to these. The
-               states are bitwise equal to those without tangents, unless strong damping requires
-               shorter steps for the tangents
+    tangents   taylor only: one or several of "start", "moments", "com", "gravity", "mass",
+               "damping". path.tangents has the derivatives of the states with respect to these,
+               path.derivative those of a quantity. The states are bitwise equal to those without
+               tangents, unless strong damping requires shorter steps for the tangents. Tops of an
+               ensemble then have the bits of a solve of each alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -107,9 +112,9 @@ def solve(
     For an ensemble the arguments apply to each top. The result is a kreisel.Paths, whose arrays
     begin with the shape of the ensemble. The result of a top is bitwise independent of the other
     tops, the threads and the executor. It equals the result of solve for the top alone, except that
-    taylor may round differently. `t` can also be an array (*shape, k) with separate times for each
-    top. `progress` is called with the finished fraction of the tops, 0 .. 1. An ensemble has
-    further arguments:
+    taylor and exact may round differently, and 'auto' may choose another method. `t` can also be an
+    array (*shape, k) with separate times for each top. `progress` is called with the finished
+    fraction of the tops, 0 .. 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -129,9 +134,8 @@ def solve(
     first failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
-        if tangents is not None:
-            check_type("scene", scene, Scene)
-        arguments = SolveArguments(step, tol, digits, every, max_steps, error, want, events)
+        controls = step, tol, digits, every, max_steps, error, want, events
+        arguments = SolveArguments(*controls, tangents=tangents)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None
@@ -140,7 +144,7 @@ def solve(
         special = error, events, tangents, others
         options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
     else:
-        options = parse_options(scene, method, step, tol, digits, max_steps, want, every)
+        options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
     if options.is_plain and (progress is None or callable(progress)):
         path = record_path_fast(scene, options, t, progress)
         if path is not None:

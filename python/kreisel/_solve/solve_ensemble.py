@@ -17,6 +17,7 @@ from .._options.ensemble_options import (
     parse_threads,
     parse_times,
 )
+from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC
 from .._options.solve_options import Progress, parse_progress
 from .._results.ensemble_buffers import LANES, SCALAR, SliceRunner
@@ -29,6 +30,12 @@ from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
+from .variational import (
+    TangentSpec,
+    check_computes_tangents,
+    parse_tangents,
+    reject_with_tangents,
+)
 
 
 class SolveArguments(NamedTuple):
@@ -43,6 +50,7 @@ class SolveArguments(NamedTuple):
     want: Iterable[QuantityName] | None = None
     events: EventSpec | None = None
     reduce: ReductionSpec | None = None
+    tangents: TangentSpec | None = None
 
 
 def reduce(
@@ -157,7 +165,9 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
         return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
-    step, tol, digits, every, max_steps, error, want, events, reduce = arguments
+    if arguments.tangents is not None:
+        return _tangent_options(tops, method, arguments)
+    step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
         raise error_not_allowed(method)
     if events is not None and reduce is not None:
@@ -169,6 +179,17 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     parsed = parse_events(options.solve.method.name, events)
     refuse_kinetic(tops.body, parsed)
     return replace(options, core_events=to_core_events(parsed))
+
+
+def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
+    """Return the options of an ensemble with tangents, which tops compute one by one."""
+    step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
+    names = parse_tangents(tangents)
+    reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})
+    chosen = FALLBACK if method == "auto" else method
+    options = parse_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
+    check_computes_tangents(options.solve.method)
+    return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:

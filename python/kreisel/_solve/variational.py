@@ -9,7 +9,7 @@ from typing import Literal
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.methods import FALLBACK
+from .._options.methods import FALLBACK, Method
 from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
 from .._options.times import check_horizon, time_array
 from .._results.path import Path, make_path, progress_text, stop_exception
@@ -18,7 +18,7 @@ from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
 
-TangentName = Literal["start", "moments", "com", "gravity", "mass"]
+TangentName = Literal["start", "moments", "com", "gravity", "mass", "damping"]
 TangentSpec = TangentName | Iterable[TangentName]
 
 
@@ -42,6 +42,26 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
     return tuple(name for name in TANGENTS if name in names)
 
 
+def reject_with_tangents(arguments: Mapping[str, object]) -> None:
+    """Raise ValueError if one of these arguments is given, because tangents exclude it."""
+    for name, value in arguments.items():
+        if value is not None:
+            raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
+
+
+def check_computes_tangents(method: Method) -> None:
+    """Raise ValueError unless the method computes tangents."""
+    if method.exact:
+        raise ValueError(
+            f"the method {method.name!r} computes no tangents, because most changes of the moments "
+            "or of com lead to bodies without closed form: use method='taylor' or 'auto'"
+        )
+    if not method.tangents:
+        raise ValueError(
+            f"the method {method.name!r} computes no tangents: use method='taylor' or 'auto'"
+        )
+
+
 def parse_tangent_options(
     scene: object,
     method: str,
@@ -56,15 +76,10 @@ def parse_tangent_options(
     in `excluded` is given.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
-    for name, value in excluded.items():
-        if value is not None:
-            raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
+    reject_with_tangents(excluded)
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
-    if not options.method.tangents:
-        raise ValueError(
-            f"the method {chosen!r} computes no tangents: use method='taylor' or 'auto'"
-        )
+    check_computes_tangents(options.method)
     parse_every(options.method, every)
     return replace(options, tangents=names)
 
@@ -73,19 +88,16 @@ def record_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
     """Solve the motion of a scene with tangents, and return its path."""
-    names = options.tangents
-    columns = sum(TANGENTS[name][1] for name in names)
-    times = time_array(t, options.step, None, options.size + 2 * 48 * columns)
+    times = time_array(t, options.step, None, options.size + 2 * 48 * options.tangent_columns)
     end = float(times[-1]) if times.size else 0.0
     check_horizon(scene, end, options.step)
-    bits = sum(TANGENTS[name][0] for name in names)
-    status, top = start_top(scene._block, *options.core, end < 0.0, [], bits)
+    status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_bits)
     if top is None:
         path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
         raise stop_exception(status, path, progress_text(path, end))
     result, high, low, rest = top.record_tangents(times, options.has_low_words, progress)
     path = make_path(scene, options, result)
-    path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, names))
+    path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, options.tangents))
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, end))
     return report_end(path, progress)

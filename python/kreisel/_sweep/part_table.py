@@ -86,7 +86,7 @@ def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
 
 
 def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
-    """Return the columns of an indicator of chaos: status, last value, certificate and curve."""
+    """Return the columns of an indicator of chaos: status, last value, verdict and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
     codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
@@ -94,6 +94,8 @@ def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
         ("status", codes[which], ""),
         (name, curve[:, -1], unit),
         ("certificate", outcome.certificate, ""),
+        ("is_chaotic", np.asarray(outcome.is_chaotic), ""),
+        ("is_doubtful", np.asarray(outcome.is_doubtful), ""),
         ("t", np.broadcast_to(outcome.t, curve.shape), TIME.dimension),
         (f"{name}_curve", curve, unit),
     ]

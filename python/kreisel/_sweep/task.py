@@ -203,8 +203,10 @@ class SectionTask(NamedTuple):
 
 
 INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
+# Parts of a sweep are tables, which cannot store tangents.
+_SOLVE_ARGUMENTS = tuple(name for name in SolveArguments._fields if name != "tangents")
 _ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "solve": ("t", "method", *SolveArguments._fields),
+    "solve": ("t", "method", *_SOLVE_ARGUMENTS),
     **dict.fromkeys(INDICATORS, ChaosTask._fields[1:]),
     "section": SectionTask._fields,
 }

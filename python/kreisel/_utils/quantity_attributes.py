@@ -55,6 +55,7 @@ QuantityName = Literal[
     "axial_momentum",
     "kowalewski",
     "goryachev_chaplygin",
+    "body_acceleration",
     "q_low",
     "m_low",
 ]
@@ -118,3 +119,6 @@ class QuantityAttributes:
 
         @property
         def goryachev_chaplygin(self) -> Array: ...
+
+        @property
+        def body_acceleration(self) -> Array: ...

@@ -110,6 +110,15 @@ def as_bool(name: str, value: object) -> bool:
     return bool(value)
 
 
+def as_unit(name: str, value: object) -> str:
+    """Return `value` as the name of a unit, a printable str that is not empty."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+    if not value.strip() or not value.isprintable():
+        raise ValueError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+    return value
+
+
 def as_array(name: str, value: object, what: str) -> Array:
     """Return `value` as a new array of doubles of any shape.
 

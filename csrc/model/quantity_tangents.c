@@ -1,0 +1,320 @@
+/* Derivatives of the quantities of a state, from the tangents of the state. With the attitude R of
+ * the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and the vertical
+ * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the changes
+ *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dJ W),   dV = V x theta
+ * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
+ * depend on it. */
+#include "quantities.h"
+#include "body.h"
+
+/* A state. Vectors are along the principal axes unless stated otherwise. */
+typedef struct quantity_point {
+    const kr_scene *scene;
+    const kr_state *state;
+    kr_vec3 described[3]; /* the principal axes in the frame of description */
+    kr_vec3 frame[3];     /* the principal axes in space */
+    kr_vec3 M, W, V;
+    kr_vec3 apex;         /* unit vector to the centre of mass, or T */
+    double reach, weight; /* |com|; mass * gravity */
+} quantity_point;
+/* A change of the state and of the parameters, and the resulting changes of the vectors above. */
+typedef struct quantity_change {
+    kr_vec3 described_turn; /* theta in the frame of description */
+    kr_vec3 push;           /* dm, in space */
+    kr_vec3 turn, M, W, V, apex;
+    kr_vec3 moments, com, damping;
+    double weight;
+    int changes_com;
+} quantity_change;
+typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
+
+/* Returns the vector with the components v along three axes. */
+static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
+{
+    return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));
+}
+/* Returns the components of v along three orthonormal axes. */
+static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
+{
+    return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
+}
+/* Returns the change in space of a vector v that changes by dv in the body. */
+static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
+                               kr_vec3 dv)
+{
+    return sum_along(at->frame, v_add(dv, v_cross(by->turn, v)));
+}
+
+static void tangent_of_q(const quantity_point *at, const quantity_change *by, double out[])
+{
+    (void)at;
+    v_put(out, by->described_turn);
+}
+static void tangent_of_m(const quantity_point *at, const quantity_change *by, double out[])
+{
+    (void)at;
+    v_put(out, by->push);
+}
+static void tangent_of_velocity(const quantity_point *at, const quantity_change *by, double out[])
+{
+    v_put(out, change_in_space(at, by, at->W, by->W));
+}
+static void tangent_of_torque(const quantity_point *at, const quantity_change *by, double out[])
+{
+    const kr_vec3 com = at->scene->body.com, a = sum_along(at->frame, com),
+                  da = change_in_space(at, by, com, by->com);
+    v_put(out,
+          v3(-by->weight * a.y - at->weight * da.y, by->weight * a.x + at->weight * da.x, 0.0));
+}
+static void tangent_of_frame(const quantity_point *at, const quantity_change *by, double out[])
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 3; i++)
+        v_put(out + 3 * i, change_in_space(at, by, v3(i == 0, i == 1, i == 2), none));
+}
+static void tangent_of_apex(const quantity_point *at, const quantity_change *by, double out[])
+{
+    v_put(out, change_in_space(at, by, at->apex, by->apex));
+}
+static void tangent_of_body_velocity(const quantity_point *at, const quantity_change *by,
+                                     double out[])
+{
+    v_put(out, sum_along(at->described, by->W));
+}
+static void tangent_of_body_momentum(const quantity_point *at, const quantity_change *by,
+                                     double out[])
+{
+    v_put(out, sum_along(at->described, by->M));
+}
+static void tangent_of_body_vertical(const quantity_point *at, const quantity_change *by,
+                                     double out[])
+{
+    v_put(out, sum_along(at->described, by->V));
+}
+static void tangent_of_spin(const quantity_point *at, const quantity_change *by, double out[])
+{
+    *out = v_dot(by->W, at->apex) + v_dot(at->W, by->apex);
+}
+
+/* Returns the rotation vector, in the frame of description, of the change of q_tilt(a) by a change
+ * da of the unit vector a. */
+static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
+{
+    if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
+    const double w = 1.0 + a.z;
+    const kr_vec3 v = v3(-a.y, a.x, 0.0), dv = v3(-da.y, da.x, 0.0),
+                  turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
+    return v_scale(1.0 / w, turn);
+}
+/* Returns the rotation vector in space of the frame that Euler's angles describe. */
+static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_change *by)
+{
+    const kr_vec3 turn = sum_along(at->frame, by->turn);
+    if (!by->changes_com) return turn;
+    const kr_vec3 tilt =
+        turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
+    return v_add(turn, q_turn(at->state->q, tilt));
+}
+/* Writes the direction of the horizontal part of the apex, the length of this part, and the apex in
+ * space. If the apex is vertical, the angles have no derivatives, and the direction is NaN. */
+static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
+{
+    *apex = sum_along(at->frame, at->apex);
+    *length = sqrt(apex->x * apex->x + apex->y * apex->y);
+    return v3(apex->x / *length, apex->y / *length, 0.0);
+}
+/* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
+ * nodes n. Its products with the dual vectors are the derivatives. */
+static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
+                                        double out[])
+{
+    double length;
+    kr_vec3 apex;
+    const kr_vec3 along = horizontal_apex(at, &length, &apex), turn = turn_of_euler_frame(at, by);
+    *out = turn.z - apex.z / length * v_dot(along, turn);
+}
+static void tangent_of_nutation(const quantity_point *at, const quantity_change *by, double out[])
+{
+    double length;
+    kr_vec3 apex;
+    const kr_vec3 along = horizontal_apex(at, &length, &apex),
+                  change = change_in_space(at, by, at->apex, by->apex);
+    *out = apex.z * v_dot(along, change) - length * change.z;
+}
+static void tangent_of_spin_angle(const quantity_point *at, const quantity_change *by, double out[])
+{
+    double length;
+    kr_vec3 apex;
+    const kr_vec3 along = horizontal_apex(at, &length, &apex);
+    *out = v_dot(along, turn_of_euler_frame(at, by)) / length;
+}
+
+static void tangent_of_kinetic(const quantity_point *at, const quantity_change *by, double out[])
+{
+    *out = v_dot(by->M, at->W) - 0.5 * v_dot(v_times(by->moments, at->W), at->W);
+}
+static void tangent_of_potential(const quantity_point *at, const quantity_change *by, double out[])
+{
+    const kr_vec3 com = at->scene->body.com;
+    *out =
+        by->weight * v_dot(com, at->V) + at->weight * (v_dot(by->com, at->V) + v_dot(com, by->V));
+}
+static void tangent_of_energy(const quantity_point *at, const quantity_change *by, double out[])
+{
+    double potential;
+    tangent_of_potential(at, by, &potential);
+    tangent_of_kinetic(at, by, out);
+    *out += potential;
+}
+static void tangent_of_vertical_momentum(const quantity_point *at, const quantity_change *by,
+                                         double out[])
+{
+    (void)at;
+    *out = by->push.z;
+}
+static void tangent_of_axial_momentum(const quantity_point *at, const quantity_change *by,
+                                      double out[])
+{
+    *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
+}
+
+/* The vectors of which K and G are functions, as in quantities.c, and their changes. */
+typedef struct integral_frame {
+    kr_vec3 m, p, dm, dp;
+} integral_frame;
+/* Returns the change of a vector v whose components along axis 1 and axis 2 change by dv if the
+ * axes stay, and which turn by `turn` about axis 3. */
+static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
+{
+    return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
+}
+/* Writes the vectors and their changes. Returns 0 if the integral of this kind of top has no
+ * derivative: if the body is of another kind, or if the change leads to another kind. */
+static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
+                               integral_frame *f)
+{
+    const kr_body *body = &at->scene->body;
+    if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
+    const kr_working w = kr_body_working(body);
+    if (fabs(q_turn_back(w.axes, by->com).z) > 0.5) return 0;
+    const kr_vec3 first = v_scale(-1.0, v_unit(w.com)),
+                  axes[3] = {first, v3(-first.y, first.x, 0.0), v3(0.0, 0.0, 1.0)};
+    const double share = 1.0 / w.inertia.x, size = at->weight * at->reach * share,
+                 change = by->weight * at->reach + at->weight * v_dot(at->apex, by->com),
+                 turn = -v_dot(axes[1], q_turn_back(w.axes, by->apex));
+    const kr_vec3 vertical = components_along(axes, q_turn_back(w.axes, at->V)),
+                  dm = components_along(axes, q_turn_back(w.axes, by->M)),
+                  dp = components_along(axes, q_turn_back(w.axes, by->V));
+    f->m = v_scale(share, components_along(axes, q_turn_back(w.axes, at->M)));
+    f->p = v_scale(size, vertical);
+    f->dm = change_along_turning(turn, f->m, v_scale(share, dm));
+    f->dp = change_along_turning(turn, f->p, v_axpy(size, dp, v_scale(change * share, vertical)));
+    return 1;
+}
+static void tangent_of_kowalewski(const quantity_point *at, const quantity_change *by, double out[])
+{
+    integral_frame f;
+    *out = NAN;
+    if (!find_integral_frame(at, by, KR_KIND_KOWALEWSKI, &f)) return;
+    const double re = f.m.x * f.m.x - f.m.y * f.m.y + 2.0 * f.p.x,
+                 im = 2.0 * (f.m.x * f.m.y + f.p.y),
+                 dre = 2.0 * (f.m.x * f.dm.x - f.m.y * f.dm.y + f.dp.x),
+                 dim = 2.0 * (f.m.x * f.dm.y + f.m.y * f.dm.x + f.dp.y);
+    *out = 2.0 * (re * dre + im * dim);
+}
+static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quantity_change *by,
+                                           double out[])
+{
+    integral_frame f;
+    *out = NAN;
+    if (!find_integral_frame(at, by, KR_KIND_GORYACHEV_CHAPLYGIN, &f)) return;
+    *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
+           2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
+}
+/* The derivative of J W' = M x W + weight V x com - D W. */
+static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
+                                         double out[])
+{
+    const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
+                  pull = v_cross(at->V, com),
+                  torque =
+                      v_sub(v_axpy(at->weight, pull, v_cross(at->M, at->W)), v_times(D, at->W)),
+                  dpull = v_add(v_cross(by->V, com), v_cross(at->V, by->com)),
+                  gyric = v_add(v_cross(by->M, at->W), v_cross(at->M, by->W)),
+                  drag = v_add(v_times(by->damping, at->W), v_times(D, by->W)),
+                  change = v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
+                                 v_sub(gyric, drag));
+    v_put(out, sum_along(at->described,
+                         v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J)));
+}
+
+static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
+#define Q(name, doubles, flags, dimension, text) tangent_of_##name,
+#include "quantities.def"
+#undef Q
+};
+
+static quantity_point point_at(const kr_scene *scene, const kr_state *s)
+{
+    const kr_body *body = &scene->body;
+    quantity_point at = {.scene = scene, .state = s, .weight = body->mass * scene->gravity};
+    kr_state_frame(scene, s, at.frame);
+    for (int i = 0; i < 3; i++) at.described[i] = q_turn(body->axes, v3(i == 0, i == 1, i == 2));
+    at.M = components_along(at.frame, s->m);
+    at.W = v_over(v_sub(at.M, body->rotor), body->inertia);
+    at.V = v3(at.frame[0].z, at.frame[1].z, at.frame[2].z);
+    at.apex = v_largest(body->com) > 0.0 ? v_unit(body->com) : v3(0.0, 0.0, 1.0);
+    at.reach = v_dot(at.apex, body->com);
+    return at;
+}
+/* Sets the changes of the vectors of a point that follow from the changes of the state, `column` of
+ * the tangents, and of the parameters. */
+static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    by->described_turn = v_of(column);
+    by->push = v_of(column + 3);
+    by->turn = components_along(at->described, by->described_turn);
+    by->M = v_add(components_along(at->frame, by->push), v_cross(at->M, by->turn));
+    by->W = v_over(v_sub(by->M, v_times(by->moments, at->W)), at->scene->body.inertia);
+    by->V = v_cross(at->V, by->turn);
+    by->apex = none;
+    if (!by->changes_com) return;
+    by->apex = at->reach > 0.0
+                   ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
+                   : v3(NAN, NAN, NAN);
+}
+/* Writes the changes of the parameters, one for each column of the tangents. */
+static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
+{
+    if (tangents & KR_TANGENT_START) by += 6;
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_MOMENTS; i++, by++)
+        by->moments = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_COM; i++, by++) {
+        by->com = v3(i == 0, i == 1, i == 2);
+        by->changes_com = 1;
+    }
+    if (tangents & KR_TANGENT_GRAVITY) by++->weight = scene->body.mass;
+    if (tangents & KR_TANGENT_MASS) by++->weight = scene->gravity;
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_DAMPING; i++, by++)
+        by->damping = v3(i == 0, i == 1, i == 2);
+}
+void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                          const kr_state states[], uint64_t by, const double tangents[],
+                          double out[])
+{
+    const size_t index = (size_t)(quantity - kr_quantities), columns = kr_tangent_columns(by),
+                 rows = index == KR_QUANTITY_q ? 3 : quantity->doubles;
+    quantity_change changes[KR_TANGENT_COLUMNS_MAX] = {0};
+    double value[KR_QUANTITY_DOUBLES_MAX], column[6];
+    set_parameter_changes(scene, by, changes);
+    for (size_t i = 0; i < n; i++, tangents += 6 * columns, out += rows * columns) {
+        const quantity_point at = point_at(scene, &states[i]);
+        for (size_t c = 0; c < columns; c++) {
+            for (size_t row = 0; row < 6; row++) column[row] = tangents[row * columns + c];
+            set_change(&at, column, &changes[c]);
+            quantity_tangents[index](&at, &changes[c], value);
+            for (size_t row = 0; row < rows; row++) out[row * columns + c] = value[row];
+        }
+    }
+}

@@ -1,0 +1,65 @@
+"""The directive `run`: a program that runs at each build, followed by its output and its picture.
+
+All blocks of a page share their names, as the cells of a notebook. The picture is the value of the
+last expression, if notebooks display this value.
+"""
+
+import ast
+from base64 import b64encode
+from contextlib import redirect_stdout
+from html import escape
+from io import BytesIO, StringIO
+from typing import ClassVar
+
+import matplotlib
+from docutils import nodes
+from docutils.parsers.rst import Directive, directives
+
+from .gallery import LOOK, figure_of
+
+
+def setup(app):
+    app.add_directive("run", RunBlock)
+
+
+class RunBlock(Directive):
+    has_content = True
+    option_spec: ClassVar = {"alt": directives.unchanged_required}
+
+    def run(self):
+        program = "\n".join(self.content)
+        page = self.state.document.settings.env.temp_data  # is emptied at the end of each page
+        names = page.setdefault("run_names", {"__name__": "__main__"})
+        with matplotlib.rc_context(LOOK):
+            output, value = run_program(program, names)
+            shown = render_value(value, self.options.get("alt", "The picture of this program"))
+        made = [nodes.literal_block(program, program, language="python")]
+        if output:
+            made.append(nodes.literal_block(output, output, language="text", classes=["output"]))
+        if shown:
+            made.append(nodes.raw("", shown, format="html"))
+        return made
+
+
+def run_program(program, names):
+    """Run a program, and return its output and the value of its last expression or None."""
+    body = ast.parse(program).body
+    last = ast.Expression(body.pop().value) if body and isinstance(body[-1], ast.Expr) else None
+    output, value = StringIO(), None
+    with redirect_stdout(output):
+        exec(compile(ast.Module(body, []), "<page>", "exec"), names)
+        if last is not None:
+            value = eval(compile(last, "<page>", "eval"), names)
+    return output.getvalue().rstrip("\n"), value
+
+
+def render_value(value, text):
+    """Return the HTML that a notebook displays for a value, or an empty string."""
+    figure = figure_of(value)
+    if figure is not None:
+        file = BytesIO()
+        figure.savefig(file, format="png", dpi=LOOK["savefig.dpi"])
+        data = b64encode(file.getvalue()).decode()
+        return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
+    display = getattr(value, "_repr_html_", None)
+    return (display() if display else None) or ""

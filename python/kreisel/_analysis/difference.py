@@ -1,0 +1,56 @@
+"""The angle between two paths over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._results.error_estimate import angles_between
+from .._results.path import Path
+from .._utils.validation import Array
+
+if TYPE_CHECKING:
+    from .._plot.charts import Difference
+
+
+def compute_difference(a: Path, b: Path) -> Difference:
+    """Return the angle between the attitudes of two paths at common times.
+
+    If a path does not store its attitude, the angle between both apexes is returned. Paths with
+    different times are compared at the times of the path that has more of them in the interval
+    that both cover. The other path is evaluated at these times, which repeats its run. The closed
+    form of a map cannot be evaluated between its steps, so the other path is.
+    """
+    from .._plot.charts import Difference
+
+    a, b = _share_times(a, b)
+    if all(path.want is None or "q" in path.want for path in (a, b)):
+        return Difference(a.t, angles_between(_attitudes(a), _attitudes(b)), "attitudes")
+    across = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
+    return Difference(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
+
+
+def _share_times(a: Path, b: Path) -> tuple[Path, Path]:
+    """Return both paths at the same times; they are empty if the paths cover no common time."""
+    if np.array_equal(a.t, b.t):
+        return a, b
+    low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
+    own, other = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
+    ways: list[Callable[[], tuple[Path, Path]]] = [
+        lambda: (own, b(own.t)),
+        lambda: (a(other.t), other),
+    ]
+    for way in ways if len(own) >= len(other) else reversed(ways):
+        with suppress(ValueError):  # a closed form of a map has no states between its steps
+            return way()
+    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
+    return a[i], b[j]
+
+
+def _attitudes(path: Path) -> tuple[Array, Array]:
+    """Return the attitudes of a path, and their low words or zeros."""
+    has_low = path.want is None or "q_low" in path.want
+    return path.q, path.q_low if has_low else np.zeros_like(path.q)

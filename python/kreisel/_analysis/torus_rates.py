@@ -1,0 +1,158 @@
+"""Mean rates of a top whose motion is on a torus, from its closed form.
+
+Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2, and let z be the
+projection of the axis onto the horizontal plane. The heading turns z as a whole at a known mean
+rate; apart from that, z is a function of chi1 and chi2. Its argument grows at the mean rate
+
+    w1 n1 + w2 n2,
+
+where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
+likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero the axis is vertical.
+The number of turns along a loop changes by one where the loop passes a zero. Then n1 and n2 depend
+on the positions of the zeros, and the mean rate need not be an integer combination of frequencies.
+
+Source: H. Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .._solve.exact import ExactTorus
+from .._utils.validation import Array
+from ..quaternion import turn
+from .turns import Indices, Waves
+
+_GRIDS = 64, 128, 256, 512  # points in each angle, until two grids have as many zeros
+_OFFSET = 0.3  # of the grid [intervals]; motions are symmetric about multiples of a quarter turn
+_ROUNDS = 30  # largest number of Newton steps
+_STEP = 1e-6  # of differences of z [turns]
+_SETTLED = 1e-13  # size of the last Newton step [turns]
+
+
+class TorusRates(NamedTuple):
+    """Mean rates of precession and spin, and the frequency of the strongest line of the height."""
+
+    precession: float
+    nutation: float
+    spin: float
+
+
+class _Signals(NamedTuple):
+    """The axis at angles of the torus.
+
+    z       projection of the axis onto the horizontal plane, without the heading
+    about   sin(nutation) exp(i spin_angle)
+    height  cosine of the nutation
+    """
+
+    z: Waves
+    about: Waves
+    height: Array
+
+
+def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
+    """Compute the rates of the axis through the centre of mass.
+
+    Returns None if the motion is so near to a separatrix that zeros of z cannot be separated.
+    """
+    rates, known = np.array(form.frequencies), -1
+    for n in _GRIDS:
+        turns = (np.arange(n) + _OFFSET) / n
+        grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
+        signals = _compute_signals(form, grid)
+        cells, index = _find_cells(signals.z)
+        if len(cells) == known:
+            break
+        known = len(cells)
+    else:
+        return None
+    zeros = np.array([_refine_zero(form, (cell + _OFFSET + 0.5) / n, n) for cell in cells])
+    zeros = zeros.reshape(-1, 2)
+    if not np.isfinite(zeros).all():
+        return None
+    since = zeros - _OFFSET / n
+    # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
+    # lower one.
+    side = -np.sign(_compute_signals(form, zeros).height)
+    precession = _mean_turns(signals.z, since, index) @ rates[:2]
+    spin = _mean_turns(signals.about, since, side * index) @ rates[:2]
+    return TorusRates(float(rates[2] + precession), _strongest_rate(signals, rates), float(spin))
+
+
+def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
+    """Compute the signals at angles of the shape (..., 2) [turns]."""
+    states = form._states_at(turns.reshape(-1, 2))
+    w, x, y, z = states[:, 1:5].T
+    axis = np.array(form.scene.body.com)
+    axis /= np.linalg.norm(axis)
+    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    first /= np.linalg.norm(first)
+    apex, one, two = (
+        turn((w, x, y, z), (v[0], v[1], v[2])) for v in (axis, first, np.cross(axis, first))
+    )
+    level = apex[0] + 1j * apex[1]
+    if form.scene.body.kind == "goryachev_chaplygin":  # the heading is that of the momentum
+        level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
+    shape = turns.shape[:-1]
+    about = two[2] + 1j * one[2]
+    return _Signals(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
+
+
+def _find_cells(z: Waves) -> tuple[Indices, Array]:
+    """Return the cells of the grid, as rows of two indices, about which z turns, and the turns."""
+    one, two = _steps(z, 0), _steps(z, 1)
+    around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
+    index = np.rint(around / math.tau)
+    cells = np.argwhere(index)
+    return cells, index[tuple(cells.T)]
+
+
+def _steps(z: Waves, axis: int) -> Array:
+    """Return the angles between neighbours on the grid."""
+    steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
+    return steps
+
+
+def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
+    """Return the zero of z near the middle of a cell [turns], or NaN if Newton's method fails."""
+    at = near
+    offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
+    for _ in range(_ROUNDS):
+        z = _compute_signals(form, at + offsets).z
+        one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
+        area = float((one.conjugate() * two).imag)
+        if area == 0.0:
+            break
+        # The steps a and b solve one * a + two * b = -z.
+        step = np.array([(two.conjugate() * z[0]).imag, -(one.conjugate() * z[0]).imag]) / area
+        at = at + step
+        if np.abs(at - near).max() > 1.5 / n:
+            break
+        if np.abs(step).max() <= _SETTLED:
+            return at
+    return np.full(2, np.nan)
+
+
+def _mean_turns(z: Waves, since: Array, index: Array) -> Array:
+    """Return the mean numbers of turns of z along loops of the first and of the second angle.
+
+    `since` has the positions of the zeros relative to the first point of the grid [turns].
+    """
+    first = round(float(_steps(z, 0)[:, 0].sum()) / math.tau)
+    second = round(float(_steps(z, 1)[0].sum()) / math.tau)
+    one = first - float((index * (1.0 - since[:, 1])).sum())
+    two = second + float((index * (1.0 - since[:, 0])).sum())
+    return np.array([one, two])
+
+
+def _strongest_rate(signals: _Signals, rates: Array) -> float:
+    strengths = np.abs(np.fft.fft2(signals.height))
+    strengths[0, 0] = 0.0
+    n = len(strengths)
+    orders = np.array(np.unravel_index(int(strengths.argmax()), strengths.shape))
+    orders = np.where(2 * orders > n, orders - n, orders)
+    return abs(float(orders @ rates[:2]))

@@ -1,0 +1,164 @@
+"""kreisel fit: estimate a body and its start from a CSV file of measurements."""
+
+from __future__ import annotations
+
+import os
+from typing import cast
+
+import click
+
+from .._fit.estimate import LOSSES, FitInterrupted
+from .._fit.estimate import fit as estimate
+from .._fit.fit_result import Fit
+from .._fit.levenberg_marquardt import LossName
+from .._fit.parameters import FREE, FreeName
+from .._fit.records import INSTRUMENT, InstrumentName, Record
+from .._model.scene import Scene
+from .._utils.atomic_io import atomic_write
+from .output_files import FILE, check_outputs
+from .parsers import A_SCENE, UsageError, complete_list, names, translate_errors
+from .parsers import scene as a_scene
+
+_OPTIONS = ("free", "sigma", "loss", "pieces")
+_NOT_CONVERGED = 1  # exit code
+
+
+def _split_pair(option: str, words: str) -> tuple[str, str]:
+    name, equals, value = words.partition("=")
+    if not (equals and name and value):
+        raise UsageError(f"{option} {words}: write QUANTITY=VALUE")
+    return name, value
+
+
+def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
+    """Return {quantity: names of its columns}, or None if no columns were given."""
+    columns: dict[str, str | list[str]] = {}
+    for words in given:
+        quantity, value = _split_pair("--column", words)
+        columns[quantity] = value.split(",") if "," in value else value
+    return columns or None
+
+
+def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
+    """Return a standard deviation, {quantity: standard deviation}, or None."""
+    try:
+        if len(given) == 1 and "=" not in given[0]:
+            return float(given[0])
+        pairs = (_split_pair("--sigma", words) for words in given)
+        return {quantity: float(value) for quantity, value in pairs} or None
+    except ValueError:
+        raise UsageError(f"--sigma {' '.join(given)}: the value must be a number") from None
+
+
+@click.command()
+@click.argument("record", type=click.Path())
+@click.argument("scene", type=a_scene, shell_complete=A_SCENE)
+@click.option(
+    "--free",
+    type=names,
+    default="start,moments",
+    show_default=True,
+    metavar="NAME[,...]",
+    shell_complete=complete_list(FREE),
+    help="The parameters to estimate.",
+)
+@click.option(
+    "--column",
+    "columns",
+    multiple=True,
+    metavar="QUANTITY=NAME[,...]",
+    help="The columns of a quantity; default: all columns, by the names of components.",
+)
+@click.option("--time", default="t", show_default=True, help="The column of times.")
+@click.option(
+    "--sigma",
+    multiple=True,
+    metavar="[QUANTITY=]NUMBER",
+    help="Standard deviation of the errors; default: estimated from the residuals.",
+)
+@click.option(
+    "--instrument",
+    type=names,
+    default="",
+    metavar="NAME[,...]",
+    shell_complete=complete_list(INSTRUMENT),
+    help="Properties of the instrument to estimate: bias, scale, mounting, delay.",
+)
+@click.option("--degrees", is_flag=True, help="Angles and rates in the file are in degrees.")
+@click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: with outliers.")
+@click.option("--pieces", type=int, help="Pieces of a chaotic motion; default: as needed.")
+@click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
+@click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")
+@click.option("--plot", type=click.Path(), help="Draw data and residuals: .png, .svg or .pdf.")
+def fit(
+    record: str,
+    scene: Scene,
+    free: list[str],
+    columns: tuple[str, ...],
+    time: str,
+    sigma: tuple[str, ...],
+    instrument: list[str],
+    degrees: bool,
+    loss: LossName,
+    pieces: int | None,
+    save: str | None,
+    csv_file: str | None,
+    plot: str | None,
+) -> None:
+    """Estimate a body and its start from the CSV file RECORD, beginning at SCENE.
+
+    If the motion of SCENE disagrees with the record, the first guess is computed from the record.
+    If interrupted, print the best fit so far.
+    """
+    places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
+    check_outputs(places, (record,))
+    stopped: FitInterrupted | None = None
+    with translate_errors(_OPTIONS):
+        own = cast(list[InstrumentName], [word for word in instrument if word])
+        measured = _read_record(record, _parse_columns(columns), time, sigma, own, degrees)
+        try:
+            found: Fit | None = estimate(
+                scene, measured, cast(list[FreeName], free), loss=loss, pieces=pieces
+            )
+        except FitInterrupted as error:
+            found, stopped = error.fit, error
+    if found is not None:
+        _write_results(found, save, csv_file, plot)
+    if stopped:
+        raise stopped
+    if found is not None and not found.converged:
+        raise click.exceptions.Exit(_NOT_CONVERGED)
+
+
+def _read_record(
+    file: str,
+    columns: dict[str, str | list[str]] | None,
+    time: str,
+    sigma: tuple[str, ...],
+    instrument: list[InstrumentName],
+    degrees: bool,
+) -> Record:
+    try:
+        return Record.from_csv(
+            file, columns, time, _parse_sigmas(sigma), instrument, degrees=degrees
+        )
+    except OSError as error:
+        raise UsageError(str(error)) from None
+
+
+def _write_results(found: Fit, save: str | None, csv_file: str | None, plot: str | None) -> None:
+    """Print the summary, unless another output is standard output, and write the files."""
+    if "-" not in (save, csv_file):
+        click.echo(str(found))
+    if save is not None:
+        text = found.to_toml()
+        click.echo(text, nl=False) if save == "-" else atomic_write(save, text.encode())
+    if csv_file is not None:
+        rows = [
+            f"{name},{found.values[name]!r},{found.error[name]!r},{unit}\n"
+            for name, unit in zip(found.names, found.units, strict=True)
+        ]
+        table = "parameter,value,error,unit\n" + "".join(rows)
+        click.echo(table, nl=False) if csv_file == "-" else atomic_write(csv_file, table.encode())
+    if plot is not None:
+        found.plot().figure.savefig(os.fspath(plot))

@@ -1,0 +1,1 @@
+"""Estimation of bodies and starts from measurements."""

@@ -1,0 +1,155 @@
+"""kreisel.fit: the body and the start whose motion is nearest to records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from .._model.scene import Ensemble, Scene
+from .._results.path import Error
+from .._utils.errors import unknown_name_message, warn
+from .._utils.validation import as_int, check_type, short_repr
+from .fit_result import Fit, make_fit
+from .levenberg_marquardt import LossName
+from .parameters import FreeName, Parameters, parse_free
+from .records import Record
+from .search_session import SearchSession
+
+Progress = Callable[[int, float], object]
+LOSSES: tuple[LossName, ...] = ("linear", "soft")
+
+
+class FitInterrupted(KeyboardInterrupt):
+    """Exception for Ctrl-C during kreisel.fit; `fit` is the best fit so far, or None."""
+
+    __module__ = "kreisel"  # a traceback shows the public name
+
+    def __init__(self, message: str, fit: Fit | None) -> None:
+        super().__init__(message)
+        self.fit = fit
+
+    def __reduce__(self) -> tuple[type[FitInterrupted], tuple[str, Fit | None]]:
+        return type(self), (str(self), self.fit)
+
+
+def fit(
+    scene: Scene | Ensemble,
+    records: Record | Iterable[Record],
+    free: FreeName | Iterable[FreeName] = ("start", "moments"),
+    *,
+    loss: LossName = "linear",
+    pieces: int | None = None,
+    max_evaluations: int = 500,
+    progress: Progress | None = None,
+) -> Fit:
+    """Estimate the body and the start of a top from measurements of its motion.
+
+    scene     the known values, and a first guess of the values in `free`. If its motion disagrees
+              with the records, another guess is computed from the records. For an Ensemble of
+              guesses, the search begins at each member, and the best result is returned
+    records   a kreisel.Record or several records of one motion
+    free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
+              length "lever", "gravity", "mass", "damping" and "axes", the principal axes in the
+              frame of description. Moments or dampings that are equal in `scene` stay equal.
+              A rotor stays as in `scene`, and excludes "axes"
+    loss      "linear": least squares. "soft": large residuals count linearly, for records with
+              outliers
+    pieces    the number of pieces of the motion with their own start, whose ends must meet, for
+              chaotic motion. None: as many as the growth of errors requires
+    max_evaluations   the largest number of computed paths
+    progress  a function called after each improvement with the number of computed paths and the
+              sum of squares per degree of freedom; an exception in it stops the fit
+
+    Moments stay those of a rigid body during the search. Errors are standard deviations to first
+    order. They are enlarged if the residuals are larger than their sigma or correlated. Directions
+    that the records do not determine keep their value in the guess, and are named.
+
+        >>> import kreisel as kr
+        >>> import numpy as np
+        >>> top = kr.scenes.asymmetric
+        >>> t = np.linspace(0.0, 10.0, 200)
+        >>> noise = 0.01 * np.random.default_rng(1).normal(size=(200, 3))
+        >>> record = kr.Record(t, {"body_velocity": kr.solve(top, t).body_velocity + noise}, 0.01)
+        >>> found = kr.fit(top, record)
+        >>> found.unidentified
+        ('the heading: a rotation of the start about the vertical',)
+        >>> abs(found.values["I1"] - top.body.moments[0]) < 3 * found.error["I1"]
+        True
+
+    Raises TypeError or ValueError for invalid arguments, for fewer numbers than free parameters,
+    and for a quantity that no free parameter changes. Raises kreisel.Error if no motion can be
+    computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C, with the
+    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge.
+    """
+    guesses = _parse_scenes(scene)
+    blocks, measured = parse_free(free), _parse_records(records)
+    if loss not in LOSSES:
+        raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
+    limit = as_int("max_evaluations", max_evaluations, 1)
+    count = None if pieces is None else as_int("pieces", pieces, 1)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function, not {short_repr(progress)}")
+    sessions = [
+        SearchSession(Parameters(guess, blocks, measured), measured, loss, limit, progress)
+        for guess in guesses
+    ]
+    for session in sessions:
+        session.check_records()
+    return _run_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+
+
+def _run_sessions(
+    sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
+) -> Fit:
+    best: Fit | None = None
+    for session in sessions:
+        try:
+            session.run(pieces, has_data_guess=not is_multistart)
+        except KeyboardInterrupt:
+            reached = session.best
+            found = best if reached is None else _nearer(best, make_fit(session))
+            raise FitInterrupted("the fit was interrupted", found) from None
+        if session.best is not None:
+            session.check_sensitivity()
+            best = _nearer(best, make_fit(session))
+    if best is None:
+        raise _no_motion_error(sessions[0])
+    if not best.converged:
+        warn(
+            f"the fit did not converge within {best.evaluations} paths: the result is the best so "
+            "far; raise max_evaluations or give a nearer guess"
+        )
+    return best
+
+
+def _nearer(first: Fit | None, second: Fit) -> Fit:
+    return second if first is None or second.cost < first.cost else first
+
+
+def _no_motion_error(session: SearchSession) -> Error:
+    """Return the error of the path from the first guess."""
+    try:
+        session.solve_guess()
+    except Error as error:
+        return error
+    raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
+
+
+def _parse_scenes(scene: object) -> list[Scene]:
+    if isinstance(scene, Ensemble):
+        if not scene.size:
+            raise ValueError("scene is an ensemble without members")
+        flat = scene.reshape(-1) if hasattr(scene, "reshape") else scene
+        return list(flat)
+    return [check_type("scene", scene, Scene)]
+
+
+def _parse_records(records: object) -> tuple[Record, ...]:
+    given = [records] if isinstance(records, Record) else records
+    if not isinstance(given, Iterable) or isinstance(given, str):
+        raise TypeError(f"records must be kreisel.Record objects, not {short_repr(records)}")
+    measured = tuple(given)
+    if not measured:
+        raise ValueError("records is empty: give at least one kreisel.Record")
+    for i, record in enumerate(measured):
+        check_type(f"records[{i}]", record, Record)
+    return measured

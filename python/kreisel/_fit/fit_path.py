@@ -1,0 +1,33 @@
+"""Paths of fitted motions, which may have several pieces and begin before the start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._results.path import Path
+from .._solve.solve import solve
+from .._utils.validation import Array
+from .parameters import Parameters, Point
+
+
+def solve_pieces(parameters: Parameters, pieces: tuple[tuple[float, Point], ...], t: Array) -> Path:
+    """Return the path at increasing times; each state follows from the start of its piece."""
+    scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
+    begins = np.array([begin for begin, _ in pieces])
+    owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
+    states, steps = [], []
+    path = solve(scene, np.empty(0), "taylor")
+    for k, (begin, point) in enumerate(pieces):
+        times = t[owner == k] - begin
+        for part in (times[times < 0.0][::-1], times[times >= 0.0]):
+            if len(part):
+                path = solve(parameters.to_scene(point), part, "taylor")
+                own = path.states if part[0] >= 0.0 else path.states[::-1]
+                shifted = own.copy()
+                shifted[:, 0] += begin
+                states.append(shifted)
+                steps.append(path.stats)
+    if len(states) == 1 and len(pieces) == 1 and path.t[0] >= 0.0:
+        return path
+    merged = np.ascontiguousarray(np.concatenate(states))
+    return Path(scene, merged, steps[-1], path._options)

@@ -1,0 +1,339 @@
+"""Results of fits: the scene, its errors, and the directions that the records do not determine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._model.scene import Ensemble, Scene
+from .._results.path import Path
+from .._utils.atomic_io import atomic_write
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
+from .fit_path import solve_pieces
+from .identifiability import describe_blind_directions
+from .parameters import Parameters, Point
+from .records import Record
+from .search_session import SearchSession, Solution
+from .summary import format_summary
+from .uncertainty import (
+    ResidualStatistics,
+    Spectrum,
+    analyse_spectrum,
+    compute_statistics,
+    measure_nonlinearity,
+)
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from .._plot.charts import Picture
+
+_DIFFERENCE = 1e-5  # steps of numerical derivatives, relative to the natural sizes
+_AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the natural size
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(ReadOnlyArrays):
+    """The result of kreisel.fit. `print(fit)` shows it as a table. Arrays are read-only.
+
+    scene         the fitted scene
+    records       the records
+    names         names of the free parameters. The moments are the principal ones; vectors are
+                  seen from the frame of description
+    units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]
+    values        {name: value}. The attitude is a rotation vector [rad]
+    error         {name: standard deviation}; infinite where the records do not determine it. The
+                  error of the attitude is that of a small rotation, seen from the body [rad]
+    moment_ratios  {"I1 / I3": (value, standard deviation)} of the moments to the last one; empty if
+                  the moments are not free
+    covariance    (k, k) in the order of `names`; infinite and NaN for infinite errors
+    residuals     for each record {quantity: (n, ...) model minus measurement, in standard
+                  deviations}; NaN where nothing was measured. q has 3 components, a rotation
+                  vector seen from the principal axes
+    sigma         for each record {quantity: standard deviation}, given or estimated
+    chi2          sum of the squared residuals
+    dof           degrees of freedom: the number of residuals minus the number of parameters
+    residual_correlation  mean correlation of neighbouring residuals
+    inflation     factor by which errors were enlarged because residuals are large or correlated
+    nonlinearity  deviation from 1 of the relative rise of chi2 at one standard deviation along the
+                  least certain direction. If it is large, the errors are not normal
+    unidentified  a sentence for each direction that the records do not determine
+    at_bound      a sentence for each parameter at its bound. Its error is that without the bound
+    converged     False if the search ended at the largest number of paths
+    evaluations   the number of computed paths
+    piece_starts  the times at which the pieces of the motion begin; empty for a single motion
+    """
+
+    scene: Scene
+    records: tuple[Record, ...]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: dict[str, float]
+    error: dict[str, float]
+    moment_ratios: dict[str, tuple[float, float]]
+    covariance: Array
+    residuals: tuple[dict[str, Array], ...]
+    sigma: tuple[dict[str, Array], ...]
+    chi2: float
+    dof: int
+    residual_correlation: float
+    inflation: float
+    nonlinearity: float
+    unidentified: tuple[str, ...]
+    at_bound: tuple[str, ...]
+    converged: bool
+    evaluations: int
+    piece_starts: tuple[float, ...]
+    cost: float
+    _parameters: Parameters
+    _point: Point
+    _spectrum: Spectrum
+    _pieces: tuple[tuple[float, Point], ...]
+
+    @cached_property
+    def path(self) -> Path:
+        """The motion at all times of the records, shifted by the delays of their clocks.
+
+        If the motion has several pieces, each state follows from the start of its piece.
+        """
+        times = []
+        for i, record in enumerate(self.records):
+            delay = self._point.instruments.get(("delay", i, ""))
+            times.append(record.t if delay is None else record.t - delay[0])
+        t = np.unique(np.concatenate(times))
+        if self._pieces:
+            return solve_pieces(self._parameters, self._pieces, t)
+        return solve_pieces(self._parameters, ((0.0, self._point),), t)
+
+    def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
+        """Return the value of a function of the scene, and its standard deviation.
+
+        The function returns a number or an array. Its derivatives are computed from differences.
+        The error is infinite if the function changes in a direction that is not identified.
+
+            >>> import kreisel as kr
+            >>> top = kr.scenes.cusps
+            >>> t = [0.1 * i for i in range(50)]
+            >>> record = kr.Record(t, {"apex": kr.solve(top, t).apex}, sigma=0.01)
+            >>> found = kr.fit(top, record, ("start", "moments"))
+            >>> moment, error = found.error_of(lambda scene: scene.body.moments[0])
+            >>> bool(abs(moment - 1.0) < 1e-6), error < 0.02
+            (True, True)
+
+        Raises TypeError if the function returns no numbers.
+        """
+        value = _as_numbers(function(self.scene))
+        columns = []
+        for k in range(self._parameters.size):
+            step = np.zeros(self._parameters.size)
+            step[k] = _DIFFERENCE * self._spectrum.natural[k]
+            ends = [self._parameters.move(self._point, sign * step) for sign in (1.0, -1.0)]
+            lengths = [min(1.0, self._distance(k) / step[k]), 1.0]
+            both = [_as_numbers(function(self._parameters.to_scene(end))) for end in ends]
+            columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
+        _, errors = self._spectrum.propagate(np.stack(columns, axis=-1))
+        shaped = errors.reshape(value.shape)
+        return (value, shaped) if value.ndim else (float(value), float(shaped))
+
+    def _distance(self, k: int) -> float:
+        return float(self._parameters.distances(self._point)[k])
+
+    def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
+        """Return an ensemble of n scenes that are drawn from the covariance.
+
+        Directions that are not identified do not vary. Moments and damping are cut off at their
+        bounds.
+        """
+        count, key = as_int("n", n, 1), as_int("seed", seed, 0)
+        steps = self._spectrum.draw(np.random.default_rng(key), count)
+        return Ensemble.of(
+            [self._parameters.to_scene(self._parameters.move(self._point, step)) for step in steps]
+        )
+
+    def plot(self) -> Picture:
+        """Draw the measurements, the motion and the residuals with matplotlib; return the axes.
+
+        There are two axes for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
+        Raises ImportError if matplotlib is not installed.
+        """
+        from .._plot.fit_charts import plot_panels
+
+        return plot_panels([*_list_panels(self)])
+
+    def to_pandas(self) -> DataFrame:
+        """Return a pandas.DataFrame with value, error and unit of each parameter.
+
+        Raises ImportError if pandas is not installed.
+        """
+        with optional_dependency("'kreisel[tables]'"):
+            import pandas
+
+        columns = {
+            "value": list(self.values.values()),
+            "error": list(self.error.values()),
+            "unit": list(self.units),
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
+
+    def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
+        """Return the scene as TOML text that begins with the summary as a comment.
+
+        Scene.from_toml reads the scene. If `path` is given, also write the text to this file.
+        """
+        comment = "".join(f"# {line}".rstrip() + "\n" for line in str(self).splitlines())
+        text = comment + self.scene.to_toml()
+        if path is not None:
+            atomic_write(path, text.encode())
+        return text
+
+    def __str__(self) -> str:
+        return format_summary(self)
+
+    def __repr__(self) -> str:
+        ratio = self.chi2 / self.dof
+        blind = f", {len(self.unidentified)} unidentified" if self.unidentified else ""
+        ended = "" if self.converged else ", not converged"
+        return (
+            f"<kreisel.Fit: {len(self.names)} parameters{blind}, chi2 {ratio:.3g} per degree of "
+            f"freedom, {self.evaluations} paths{ended}>"
+        )
+
+
+class _Panel(NamedTuple):
+    """The measurements and residuals of one quantity, for a chart."""
+
+    name: str
+    t: Array
+    values: Array
+    residuals: Array
+    sigma: Array
+
+
+def _list_panels(fit: Fit) -> Iterator[_Panel]:
+    for i, record in enumerate(fit.records):
+        for series in record.series:
+            values = np.where(series.measured, series.values / series.unit, np.nan)
+            residuals = fit.residuals[i][series.name]
+            shaped = residuals.reshape(len(record.t), series.width)
+            sigma = np.asarray(fit.sigma[i][series.name])
+            yield _Panel(series.name, record.t, values, shaped, sigma)
+
+
+def _as_numbers(value: ArrayLike) -> Array:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iuf":
+        raise TypeError(f"function must return numbers, not {type(value).__name__}")
+    return numbers.astype(float)
+
+
+def make_fit(session: SearchSession) -> Fit:
+    """Return the fit of the best solution of a session."""
+    best, p, loss = session.best, session.parameters, session.loss
+    assert best is not None
+    statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
+    spectrum = analyse_spectrum(best.jacobian, best.natural, statistics.inflation, p.size)
+    names, units, values, by_step = p.describe(best.point)
+    covariance, errors = spectrum.propagate(by_step)
+    unidentified = describe_blind_directions(p, best.point, spectrum.natural, spectrum.blind, names)
+    residuals, sigma = _collect_residuals(session, best.residuals)
+    freeze_arrays((covariance, residuals, sigma))
+    return Fit(
+        p.to_scene(best.point),
+        session.records,
+        tuple(names),
+        tuple(units),
+        dict(zip(names, map(float, values), strict=True)),
+        dict(zip(names, map(float, errors), strict=True)),
+        _compare_moments(p, names, values, by_step, spectrum),
+        covariance,
+        residuals,
+        sigma,
+        *_read_statistics(statistics),
+        _measure_nonlinearity(session, best, spectrum, statistics.inflation),
+        unidentified,
+        _describe_bounds(p, best.point, best.natural),
+        best.converged,
+        session.evaluations + session.model.evaluations,
+        tuple(begin for begin, _ in best.pieces),
+        best.cost,
+        p,
+        best.point,
+        spectrum,
+        best.pieces,
+    )
+
+
+def _compare_moments(
+    p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
+) -> dict[str, tuple[float, float]]:
+    """Return the ratios of the moments to the last one, with their standard deviations."""
+    if not p.has("moments"):
+        return {}
+    *others, last = range(*p.at("moments").indices(p.size))
+    made = {}
+    for k in others:
+        ratio = values[k] / values[last]
+        gradient = (by_step[k] - ratio * by_step[last]) / values[last]
+        _, [error] = spectrum.propagate(gradient[None])
+        made[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
+    return made
+
+
+def _measure_nonlinearity(
+    session: SearchSession, best: Solution, spectrum: Spectrum, inflation: float
+) -> float:
+    if best.pieces or session.loss != "linear":
+        return 0.0
+    own = session.model, best.point, best.residuals
+    return measure_nonlinearity(*own, spectrum, inflation)
+
+
+def _read_statistics(found: ResidualStatistics) -> tuple[float, int, float, float]:
+    return found.chi2, found.dof, found.correlation, found.inflation
+
+
+def _collect_residuals(
+    session: SearchSession, residuals: Array
+) -> tuple[tuple[dict[str, Array], ...], tuple[dict[str, Array], ...]]:
+    found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
+    sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
+    for rows in session.model.rows:
+        values = np.where(rows.mask, rows.select(residuals), np.nan)
+        found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
+        deviation = rows.sigma / rows.series.unit
+        is_constant = bool((deviation == deviation[0, 0]).all())
+        sigma[rows.record][rows.series.name] = deviation[0, 0] if is_constant else deviation
+    return found, sigma
+
+
+def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
+    """Return a sentence for each density and damping that is zero."""
+    sentences = []
+    distances = p.distances(point)
+    for name, columns in (("moments", p.moments), ("damping", p.damping)):
+        if not p.has(name):
+            continue
+        at = p.at(name)
+        for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
+            axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
+            sentences.append(_describe_bound(name, axes))
+    return tuple(sentences)
+
+
+def _describe_bound(name: str, axes: list[int]) -> str:
+    if name == "damping":
+        return " = ".join(f"damping_{i}" for i in axes) + " is zero: negative damping is excluded"
+    if len(axes) == 1:
+        rest = [i for i in (1, 2, 3) if i not in axes]
+        return (
+            f"I{axes[0]} = I{rest[0]} + I{rest[1]}: the body is a plate across axis {axes[0]}, or "
+            "flatter than any body"
+        )
+    return "the body is a rod: one moment is zero"

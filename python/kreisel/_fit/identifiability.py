@@ -1,0 +1,155 @@
+"""Directions of the parameters that no residual sees, and their names.
+
+Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
+blind directions of a fit are compared with all generators; what remains is described by its largest
+components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from .._utils.validation import Array
+from .parameters import Parameters, Point
+from .rotations import rotation_matrix
+
+_ALIKE = 0.999  # cosine from which a generator lies in the blind directions
+_LARGEST = 4  # components that describe an unknown direction
+_SMALL = 0.1  # smaller components are not described
+_ROUNDING = 1e-4
+
+Blocks = Mapping[str, Array]
+
+
+def describe_blind_directions(
+    parameters: Parameters, point: Point, natural: Array, blind: Array, names: list[str]
+) -> tuple[str, ...]:
+    """Return a sentence for each column of `blind` (size, k), in natural units."""
+    sentences: list[str] = []
+    left = blind
+    for sentence, change in _list_generators(parameters, point):
+        if not left.shape[1]:
+            break
+        length = float(np.linalg.norm(change / natural))
+        if not length > _ROUNDING**2:
+            continue
+        unit = change / natural / length
+        inside = left.T @ unit
+        if np.linalg.norm(blind.T @ unit) > _ALIKE and np.linalg.norm(inside) > _ROUNDING:
+            sentences += [sentence] if sentence not in sentences else []
+            inside /= np.linalg.norm(inside)
+            complement = np.linalg.svd(np.eye(len(inside)) - np.outer(inside, inside))[0]
+            left = left @ complement[:, :-1]
+    return (*sentences, *(_describe_mixture(column, names) for column in left.T))
+
+
+def _describe_mixture(direction: Array, names: list[str]) -> str:
+    largest = np.argsort(-np.abs(direction))[:_LARGEST]
+    told = [f"{direction[k]:+.2f} {names[k]}" for k in largest if abs(direction[k]) > _SMALL]
+    if len(told) == 1:
+        return names[int(largest[0])]
+    return f"a combination of parameters: {' '.join(told)}, in natural units"
+
+
+def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+    """Yield the known changes that some measurements do not see, with their sentences."""
+    yield from _list_scales(p, point)
+    vertical = rotation_matrix(point.attitude)[2]
+    heading = "the heading: a rotation of the start about the vertical"
+    yield from _generate(p, heading, {"attitude": vertical})
+    if not point.weight * np.linalg.norm(point.com):
+        for axis in np.eye(3):
+            sentence = "the attitude in space, which a body without torque does not show"
+            yield from _generate(p, sentence, {"attitude": axis})
+    yield from _list_rotations_about_axis(p, point)
+    yield from _list_shifts(p, point)
+
+
+def _generate(p: Parameters, sentence: str, blocks: Blocks) -> Iterator[tuple[str, Array]]:
+    """Yield the change of the given blocks if all of them are free."""
+    if not all(p.has(name) for name in blocks):
+        return
+    change = np.zeros(p.size)
+    for name, value in blocks.items():
+        change[p.at(name)] = value
+    yield sentence, change
+
+
+def _project(columns: Array, values: Array) -> Array:
+    """Return the coordinates of three numbers in groups of equal ones."""
+    made: Array = columns.T @ values / columns.sum(axis=0)
+    return made
+
+
+def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+    own: dict[str, Array] = {
+        "com": point.com,
+        "lever": np.array([float(point.com @ p.lever)]),
+        "gravity": np.array([point.gravity]),
+        "mass": np.array([point.mass]),
+    }
+    size: dict[str, Array] = {"moments": _project(p.moments, point.densities)}
+    if p.has("damping"):
+        size["damping"] = _project(p.damping, point.damping)
+    is_scalable = p.has("damping") or not point.damping.any()
+    if is_scalable and not point.weight * np.linalg.norm(point.com):
+        sentence = "the scale of the moments: only their ratios, and damping over moments, count"
+        yield from _generate(p, sentence, size)
+    elif is_scalable:
+        for name, value in own.items():
+            sentence = (
+                f"the scale of the moments: moments, damping and {name} may all have one factor"
+            )
+            yield from _generate(p, sentence, {**size, name: value})
+    for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
+                          ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
+        sentence = f"{first} against {second}: only mass * gravity * com counts"
+        yield from _generate(p, sentence, {first: own[first], second: -own[second]})
+
+
+def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+    length = float(np.linalg.norm(point.com))
+    axis = point.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    sentence = "the spin angle: a rotation of the start about the axis"
+    yield from _generate(p, sentence, {"attitude": axis})
+    turned = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
+    yield from _generate(p, sentence, turned)
+    k = int(np.argmax(np.abs(axis)))
+    unit = np.eye(3)[k]
+    moments = point.moments[k] * unit
+    densities = 0.5 * moments.sum() - moments
+    spin = {
+        "moments": np.linalg.lstsq(p.moments, densities, rcond=None)[0],
+        "velocity": -point.rate[k] * unit,
+    }
+    sentence = "the moment about the axis against the spin: only their product counts"
+    yield from _generate(p, sentence, spin)
+    if p.has("damping"):
+        drag = _project(p.damping, point.damping * unit)
+        yield from _generate(p, sentence, {**spin, "damping": drag})
+        yield from _generate(p, sentence, {**spin, "damping": 2.0 * drag})
+    across = np.array([0.0, 1.0, -1.0])
+    sentence = "damping across the axis, one way against the other: only their mean counts"
+    yield from _generate(p, sentence, {"damping": _project(p.damping, np.roll(across, k))})
+
+
+def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+    """Yield shifts of all clocks, and rotations of the principal axes against the start."""
+    vertical = rotation_matrix(point.attitude)[2]
+    torque = point.weight * np.cross(vertical, point.com)
+    gyroscopic = np.cross(point.momentum, point.rate)
+    change = (gyroscopic + torque - point.damping * point.rate) / point.moments
+    delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]
+    if delays and len(delays) == len(p.records):
+        sentence = "the delay against the start: a shift in time"
+        for _, step in _generate(p, sentence, {"attitude": point.rate, "velocity": change}):
+            for at in delays:
+                step[at] = 1.0
+            yield sentence, step
+    for axis in np.eye(3):
+        sentence = "the principal axes against the start"
+        turned = {"axes": axis, "attitude": axis}
+        yield from _generate(p, sentence, turned)
+        yield from _generate(p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)})

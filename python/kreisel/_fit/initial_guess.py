@@ -1,0 +1,370 @@
+"""First guesses of the parameters from the records, by linear least squares.
+
+Let R be the attitude, W the angular velocity of the body, J its moments, D its damping and h the
+momentum of its rotor. Then
+
+    R (J W + h) + D int R W dt = m0 + e3 x int R dt (M g c)
+
+is linear in J, D, m0, M g c and the size of h. If a gyroscope alone measured W, R is known relative
+to the first attitude, and the equation is linear in the products of the components of c and of the
+unknown vertical. The trace e of the apex of a symmetric top satisfies
+
+    e x e' = h - a e + k int e3 x e dt,    a = (I3 spin + h3) / I1, k = M g |c| / I1.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .._results.path import Error
+from .._solve.solve import solve
+from .._utils.validation import Array
+from .motion_data import ApexTrace, MotionData, read_apexes, read_motions
+from .parameters import Parameters, Point, point_of_scene
+from .records import Record
+from .rotations import (
+    cross_matrix,
+    multiply_quaternions,
+    quaternion_of_matrix,
+    rotation_matrix,
+    tilt_to,
+)
+
+_LEAST = 1e-3  # least density of a guess, relative to its largest moment
+_SMOOTHING = 9  # samples of the local parabola that smooths a trace
+_PADDING = 4  # length of a Fourier transform, relative to the data
+_LINES = 3  # frequencies of nutation that are tried
+_SHORT = 4  # the shorter guess uses this part of the samples
+_EPSILON = np.zeros((3, 3, 3))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    _EPSILON[_i, _j, _k], _EPSILON[_i, _k, _j] = 1.0, -1.0
+
+
+class Guess(NamedTuple):
+    """A point where a search can begin, and the measured motion that it comes from, if any.
+
+    motion   its attitudes are from the principal axes of the point to space
+    allowed  (size, size) projection on the changes to which a first search is confined, or None
+    """
+
+    point: Point
+    motion: MotionData | None
+    allowed: Array | None = None
+
+
+class _Solution(NamedTuple):
+    """A solution of the linear equations, up to a common factor of inertia, lever and damping."""
+
+    inertia: Array
+    lever: Array  # mass gravity com
+    vertical: Array
+    damping: float
+
+
+def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
+    """Return guesses from the records: the measured start, and the rest as in the scene or better.
+
+    The list is empty if the records do not tell a motion.
+    """
+    base = parameters.start
+    made: list[Guess] = []
+    for motion in read_motions(records, base)[:2]:
+        for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
+            made += _guess_from_motion(parameters, motion, motion.select(count))
+    if not made:
+        for trace in read_apexes(records, base)[:1]:
+            made += _guess_from_apex(parameters, trace)
+    return made
+
+
+def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
+    base = parameters.start
+    is_heavy = base.weight != 0.0 and bool(base.com.any() or parameters.has("com"))
+    solution = _solve_equations(part, is_heavy, parameters.has("damping"), base.rotor)
+    if solution is None:
+        return []
+    twins = [solution]
+    if part.source == "gyroscope" and is_heavy:
+        twins.append(solution._replace(lever=-solution.lever, vertical=-solution.vertical))
+        if (solution.lever @ base.com) * base.weight < 0.0:
+            twins.reverse()
+        if base.com.any():
+            twins = twins[:1]
+    return [_make_guess(parameters, motion, one) for one in twins]
+
+
+def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution) -> Guess:
+    turn = np.array([1.0, 0.0, 0.0, 0.0])  # from the axes of the motion to the principal axes
+    if motion.source == "space":
+        turn = quaternion_of_matrix(_match_axes(solution, parameters.start))
+    turned = rotation_matrix(turn)
+    moments = np.diag(turned.T @ solution.inertia @ turned).copy()
+    lever = turned.T @ solution.lever
+    first = np.array([1.0, 0.0, 0.0, 0.0])
+    if motion.source == "gyroscope":
+        first = quaternion_of_matrix(_frame_with_vertical(solution.vertical))
+    attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
+    seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
+    point = _apply_body(parameters, moments, lever, solution.damping)
+    rate = seen.rate[:3].mean(axis=0)
+    return Guess(_start_at_zero(parameters, point, seen.t[0], attitude[0], rate), seen)
+
+
+def _apply_body(parameters: Parameters, moments: Array, lever: Array, damping: float) -> Point:
+    """Return the scene's point with the free parts of the body replaced by a solution."""
+    base = parameters.start
+    densities = 0.5 * moments.sum() - moments
+    densities = np.maximum(densities, _LEAST * np.abs(moments).max())
+    size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
+    is_size_known = heavy > 0.0 and base.weight != 0.0 and not parameters.has("com")
+    factor = base.moments.sum() / (2.0 * densities.sum())
+    if is_size_known and size > 0.0:
+        factor = abs(base.weight) * size / heavy
+    changes: dict[str, Array] = {}
+    if parameters.has("moments"):
+        groups = parameters.moments
+        mean = groups @ (groups.T @ densities / groups.sum(axis=0))
+        changes["densities"] = factor * mean
+    else:
+        factor = base.moments.sum() / (2.0 * densities.sum())
+    if base.weight and heavy > 0.0 and parameters.has("com"):
+        changes["com"] = factor * lever / base.weight
+    if parameters.has("damping"):
+        changes["damping"] = np.full(3, max(factor * damping, 0.0))
+    return replace(base, **changes)  # type: ignore[arg-type]
+
+
+def _start_at_zero(
+    parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
+) -> Point:
+    """Return the point whose motion has this state at the time `since`."""
+    there = replace(
+        point,
+        attitude=attitude if parameters.has("attitude") else point.attitude,
+        rate=rate if parameters.has("velocity") else point.rate,
+    )
+    if since == 0.0:
+        return there
+    try:
+        back = solve(there.to_scene(), [-since], "taylor", max_steps=10000)
+    except (Error, ValueError):
+        return there
+    start = point_of_scene(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
+    return replace(
+        there,
+        attitude=start.attitude if parameters.has("attitude") else there.attitude,
+        rate=start.rate if parameters.has("velocity") else there.rate,
+    )
+
+
+def _solve_equations(
+    motion: MotionData, is_heavy: bool, is_damped: bool, rotor: Array
+) -> _Solution | None:
+    """Solve the equation of the momentum by the smallest singular vector of its columns.
+
+    Returns None if there are too few samples, and for a rotor if the principal axes are unknown.
+    """
+    is_full, is_known = motion.source == "space", motion.source != "gyroscope"
+    rotation, n = rotation_matrix(motion.attitude), len(motion.t)
+    if rotor.any() and is_full:
+        return None
+    columns = [rotation @ _inertia_columns(motion.rate, is_full)]
+    columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
+    if is_heavy:
+        integral = _integrate(motion.t, rotation)
+        columns.append(
+            -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
+            if is_known
+            else -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(n, 3, 9)
+        )
+    if is_damped:
+        turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
+        columns.append(_integrate(motion.t, turned)[:, :, None])
+    if rotor.any():
+        columns.insert(1, (rotation @ rotor)[:, :, None])
+    matrix = np.concatenate(columns, axis=2).reshape(3 * n, -1)
+    sizes = np.linalg.norm(matrix, axis=0)
+    sizes[sizes == 0.0] = 1.0
+    if len(matrix) < matrix.shape[1] or not np.isfinite(matrix).all():
+        return None
+    normal = (matrix / sizes).T @ (matrix / sizes)
+    found = np.linalg.eigh(normal)[1][:, 0] / sizes
+    if rotor.any():
+        found = np.delete(found, 3)  # the size of the rotor, after three moments
+    return _read_solution(found, motion, is_heavy, is_damped)
+
+
+def _read_solution(
+    found: Array, motion: MotionData, is_heavy: bool, is_damped: bool
+) -> _Solution | None:
+    is_full = motion.source == "space"
+    count = 6 if is_full else 3
+    inertia = np.diag(found[:3])
+    if is_full:
+        inertia[(1, 2, 0), (2, 0, 1)] = inertia[(2, 0, 1), (1, 2, 0)] = found[3:6]
+    sign = np.sign(np.trace(inertia))
+    if not sign:
+        return None
+    found, inertia = sign * found, sign * inertia
+    rest = found[count + 3 :]
+    lever, vertical = np.zeros(3), np.array([0.0, 0.0, 1.0])
+    if is_heavy and motion.source != "gyroscope":
+        lever = rest[:3]
+    elif is_heavy:
+        left, sizes, right = np.linalg.svd(rest[:9].reshape(3, 3))
+        lever, vertical = sizes[0] * right[0], left[:, 0]
+    return _Solution(inertia, lever, vertical, float(rest[-1]) if is_damped else 0.0)
+
+
+def _inertia_columns(rate: Array, is_full: bool) -> Array:
+    """Return the matrices (n, 3, k) that give J W from the k numbers of J."""
+    made = np.zeros((len(rate), 3, 6 if is_full else 3))
+    for k in range(3):
+        made[:, k, k] = rate[:, k]
+    if is_full:
+        for column, (a, b) in zip((3, 4, 5), ((1, 2), (2, 0), (0, 1)), strict=True):
+            made[:, a, column], made[:, b, column] = rate[:, b], rate[:, a]
+    return made
+
+
+def _integrate(t: Array, values: Array) -> Array:
+    """Return the integrals of values (n, ...) from the first time, by trapezoids."""
+    steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
+    made = np.zeros_like(values)
+    np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
+    return made
+
+
+def _match_axes(solution: _Solution, base: Point) -> Array:
+    """Return the principal axes of a solution, one a column, in the order of the scene's moments.
+
+    Their senses are those with which the lever agrees best with the scene's centre of mass.
+    """
+    _, axes = np.linalg.eigh(solution.inertia)
+    made = np.empty((3, 3))
+    made[:, np.argsort(base.moments, kind="stable")] = axes
+    best, chosen = -np.inf, made
+    for signs in itertools.product((1.0, -1.0), repeat=3):
+        turned = made * np.array(signs)
+        if np.linalg.det(turned) < 0.0:
+            continue
+        agreement = float((turned.T @ solution.lever) @ base.com) * np.sign(base.weight)
+        if agreement > best:
+            best, chosen = agreement, turned
+    return chosen
+
+
+def _frame_with_vertical(vertical: Array) -> Array:
+    """Return a rotation matrix whose last row is the unit vector `vertical`."""
+    first = np.cross(np.eye(3)[np.abs(vertical).argmin()], vertical)
+    first /= np.linalg.norm(first)
+    return np.stack((first, np.cross(vertical, first), vertical))
+
+
+def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
+    """Return guesses from the trace of the apex, as if the body were symmetric about it."""
+    base = parameters.start
+    if not base.com.any() or len(trace.t) <= _SMOOTHING:
+        return []
+    apex, change = _smooth(trace)
+    left = np.cross(apex, change)
+    integral = _integrate(trace.t, np.cross([0.0, 0.0, 1.0], apex))
+    identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
+    matrix = np.concatenate((-apex[:, :, None], integral[:, :, None], identity), axis=2)
+    found = np.linalg.lstsq(matrix.reshape(-1, 5), left.ravel(), rcond=None)[0]
+    pairs = [(float(found[0]), float(found[1])), *_list_nutations(trace)]
+    return [_guess_with_spin(parameters, trace, (apex, change), *pair) for pair in pairs]
+
+
+def _mean_precession(trace: ApexTrace) -> float:
+    angle = np.unwrap(np.arctan2(trace.apex[:, 0], -trace.apex[:, 1]))
+    return float(np.polyfit(trace.t, angle, 1)[0])
+
+
+def _list_nutations(trace: ApexTrace) -> list[tuple[float, float]]:
+    """Return pairs (a, k) from the strongest lines of the height of the apex.
+
+    A small nutation about the steady precession at the rate w and the angle n has the frequency
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n.
+    """
+    height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace)
+    mean = float(np.clip(height.mean(), -1.0, 1.0))
+    lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
+    lines[: 2 * _PADDING] = 0.0  # slower lines are trends
+    is_peak = (lines[1:-1] > lines[:-2]) & (lines[1:-1] >= lines[2:])
+    peaks = np.flatnonzero(is_peak) + 1
+    peaks = peaks[np.argsort(-lines[peaks])][:_LINES]
+    unit = 2.0 * np.pi * (n - 1) / (trace.t[-1] - trace.t[0]) / (_PADDING * n)
+    made = []
+    for frequency in peaks * unit:
+        root = np.sqrt(max(frequency**2 - rate**2 * (1.0 - mean**2), 0.0))
+        for a in (2.0 * rate * mean + root, 2.0 * rate * mean - root):
+            made.append((float(a), float(a * rate - rate**2 * mean)))
+    return made
+
+
+def _guess_with_spin(
+    parameters: Parameters, trace: ApexTrace, smoothed: tuple[Array, Array], a: float, k: float
+) -> Guess:
+    base = parameters.start
+    axis = base.com / np.linalg.norm(base.com)
+    along = float(axis @ (base.moments * axis))
+    across = 0.5 * (base.moments.sum() - along)
+    torque = base.weight * float(np.linalg.norm(base.com))
+    if parameters.has("moments") and torque * k > 0.0:
+        across = torque / k
+        along = min(along, 1.9 * across)
+    moments = along * axis**2 + across * (1.0 - axis**2)
+    point = _apply_body(parameters, moments, base.weight * base.com, 0.0)
+    apex, change = smoothed
+    along, across = (float(m) for m in (axis @ (point.moments * axis), across))
+    turn = tilt_to(axis)
+    attitude = np.array(
+        [multiply_quaternions(tilt_to(e / np.linalg.norm(e)), turn * [1, -1, -1, -1]) for e in apex]
+    )
+    spin = (a * across - float(axis @ base.rotor)) / along
+    velocity = np.cross(apex, change) + spin * apex
+    rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
+    motion = MotionData(trace.t, attitude, rate, "apex")
+    start = _start_at_zero(parameters, point, trace.t[0], attitude[0], rate[0])
+    return Guess(start, motion, _hold_spin(parameters, axis))
+
+
+def _hold_spin(parameters: Parameters, axis: Array) -> Array:
+    """Return the projection on changes of the start that keep the spin, and of instruments.
+
+    The frequency of the nutation, which is known well, then stays, and its phase is found first.
+    """
+    allowed = np.eye(parameters.size)
+    for name in parameters.free:
+        if name not in ("attitude", "velocity"):
+            allowed[:, parameters.at(name)] = 0.0
+    if parameters.has("velocity"):
+        at = parameters.at("velocity")
+        allowed[at, at] -= np.outer(axis, axis)
+    return allowed
+
+
+def _smooth(trace: ApexTrace) -> tuple[Array, Array]:
+    """Return the local cubic fits of a trace and their derivatives.
+
+    Source: A. Savitzky and M. Golay, Analytical Chemistry 36 (1964) 1627.
+    """
+    half = _SMOOTHING // 2
+    at = np.arange(-half, half + 1.0)
+    weights = np.linalg.pinv(np.vander(at, 4, increasing=True))
+    padded = np.concatenate(
+        (
+            2.0 * trace.apex[:1] - trace.apex[half:0:-1],
+            trace.apex,
+            2.0 * trace.apex[-1:] - trace.apex[-2 : -half - 2 : -1],
+        )
+    )
+    windows = np.lib.stride_tricks.sliding_window_view(padded, _SMOOTHING, axis=0)
+    step = (trace.t[-1] - trace.t[0]) / (len(trace.t) - 1)
+    return windows @ weights[0], windows @ weights[1] / step

@@ -1,0 +1,158 @@
+"""The method of Levenberg and Marquardt, in natural units, without steps in blind directions.
+
+In natural units the eigenvectors of J^T J with negligible eigenvalues are the directions in which
+no residual changes. Their components of a step are zero, so that the search does not drift.
+Sources: D. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; for the loss, SciPy's least_squares and
+B. Triggs and others, Bundle adjustment, 1999.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from .._utils.validation import Array
+from .residuals import Evaluation
+
+LossName = Literal["linear", "soft"]
+
+_RANK_RTOL = 1e-13  # smaller eigenvalues of J^T J are rounding errors, relative to the largest
+_DAMPING = 1e-6  # first damping, relative to the largest eigenvalue
+_DAMPING_MOST = 1e3
+_DAMPING_LEAST = 1e-14
+_FACTOR = 16.0  # change of the damping after a failed and after a successful step
+_NOISELESS = 1e-22  # mean square residual that is rounding error
+
+P = TypeVar("P")
+
+
+class Model(Protocol[P]):
+    """A model with residuals, as kreisel._fit.residuals.ResidualModel."""
+
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def size(self) -> int: ...
+    def evaluate(self, point: P) -> Evaluation: ...
+    def natural_sizes(self, point: P) -> Array: ...
+    def move(self, point: P, step: Array) -> P: ...
+    def distances(self, point: P) -> Array: ...
+
+
+class Minimum(NamedTuple):
+    """The best point of a search.
+
+    converged  True if the last step improved the cost by less than the tolerance
+    """
+
+    point: object
+    evaluation: Evaluation
+    cost: float
+    converged: bool
+
+
+def compute_cost(residuals: Array, loss: LossName) -> float:
+    """Return the sum of r^2, or of 2 (sqrt(1 + r^2) - 1) for the soft loss."""
+    if loss == "linear":
+        return float(residuals @ residuals)
+    return float(2.0 * (np.hypot(1.0, residuals) - 1.0).sum())
+
+
+def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
+    """Return the evaluation with each row multiplied by the root of its weight in the loss."""
+    if loss == "linear":
+        return evaluation
+    weight = (1.0 + evaluation.residuals**2) ** -0.25
+    return Evaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
+
+
+class Search(NamedTuple):
+    """Settings of a search.
+
+    limit     the largest number of evaluations of the model, including those before the search
+    ftol      relative improvement of the cost that ends the search
+    report    a function that receives each improved minimum
+    is_stiff  True if some residuals have far smaller sigmas, as the gaps between pieces
+    """
+
+    loss: LossName
+    limit: int
+    ftol: float
+    report: Callable[[Minimum], None]
+    is_stiff: bool = False
+
+
+def minimize(model: Model[P], point: P, search: Search) -> Minimum:
+    """Return the local minimum of the cost that a search from `point` finds."""
+    evaluation = model.evaluate(point)
+    best = Minimum(point, evaluation, _finite_cost(evaluation, search.loss), False)
+    damping, natural = _DAMPING, model.natural_sizes(point)
+    if not np.isfinite(best.cost):
+        return best
+    search.report(best)
+    while model.evaluations < search.limit:
+        if best.cost <= _NOISELESS * model.size:
+            return best._replace(converged=True)
+        weighted = reweight(best.evaluation, search.loss)
+        steps = _Steps(weighted, natural, model.distances(point), search.is_stiff)
+        trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
+        if trial is None:
+            return best._replace(converged=model.evaluations < search.limit)
+        gain = best.cost - trial.cost
+        point, best = trial.point, trial  # type: ignore[assignment]
+        search.report(best)
+        if gain <= search.ftol * best.cost:
+            return best._replace(converged=True)
+    return best
+
+
+def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:
+    with np.errstate(all="ignore"):
+        cost = compute_cost(evaluation.residuals, loss)
+    return cost if np.isfinite(cost) else np.inf
+
+
+class _Steps:
+    """The damped Gauss-Newton steps from one point."""
+
+    def __init__(
+        self, evaluation: Evaluation, natural: Array, distances: Array, is_stiff: bool
+    ) -> None:
+        scaled = evaluation.jacobian * natural
+        gradient = scaled.T @ evaluation.residuals
+        is_held = (distances <= 0.0) & (gradient > 0.0)  # a step would leave the bounds
+        scaled[:, is_held] = 0.0
+        self.values, self.vectors = np.linalg.eigh(scaled.T @ scaled)
+        self.natural, largest = natural, float(self.values[-1])
+        self.along = self.vectors.T @ np.where(is_held, 0.0, gradient)
+        self.is_seen = self.values > _RANK_RTOL * largest
+        self.scale = float(np.median(self.values)) if is_stiff else largest
+
+    def step(self, damping: float) -> Array:
+        divisor = self.values + damping * self.scale
+        part = np.where(self.is_seen, self.along / np.where(self.is_seen, divisor, 1.0), 0.0)
+        made: Array = -self.natural * (self.vectors @ part)
+        return made
+
+
+def _find_improvement(
+    model: Model[P], point: P, steps: _Steps, damping: float, cost: float, search: Search
+) -> tuple[Minimum | None, float]:
+    """Return the first damped step that does not raise the cost, and the next damping."""
+    while model.evaluations < search.limit:
+        moved = model.move(point, steps.step(damping))
+        evaluation = model.evaluate(moved)
+        found = _finite_cost(evaluation, search.loss)
+        if found <= cost:
+            minimum = Minimum(moved, evaluation, found, False)
+            return minimum, max(damping / _FACTOR, _DAMPING_LEAST)
+        predicted = float(
+            (steps.along * steps.along)[steps.is_seen]
+            @ (1.0 / (steps.values[steps.is_seen] + damping * steps.scale))
+        )
+        if damping > _DAMPING_MOST or predicted <= search.ftol * cost * 1e-2:
+            break
+        damping *= _FACTOR
+    return None, damping

@@ -1,0 +1,225 @@
+"""Attitudes and angular velocities along a motion, computed from records alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._utils.validation import Array
+from .parameters import Point
+from .records import Record, Series
+from .rotations import (
+    conjugate_quaternions,
+    exponential,
+    logarithm,
+    multiply_quaternions,
+    rotation_matrix,
+    tilt_to,
+)
+
+_FEWEST = 8  # samples that a guess needs
+_OUTLIER = 8.0  # deviation from neighbours that is an outlier, relative to the usual one
+_OUTLIERS_MOST = 0.2  # share of outliers above which the deviations are the motion itself
+_NEIGHBOURS = 5  # samples of which the middle one is compared with the median of the others
+_GAP = 6.0  # a longer pause between two samples, relative to the median, ends a stretch
+_TURN = 0.5  # angle between attitudes whose difference gives an angular velocity [rad]
+
+
+class MotionData(NamedTuple):
+    """The states (n, ...) at times t, seen from the principal axes of a point.
+
+    attitude     quaternions from the principal axes to space; only relative to the first one, or
+                 only up to the axes of the body, depending on the source
+    rate         angular velocities
+    source       "attitude": the attitudes are known. "vertical": all but the heading is known.
+                 "gyroscope": the first attitude is unknown. "space": seen from space, the principal
+                 axes are unknown
+    """
+
+    t: Array
+    attitude: Array
+    rate: Array
+    source: str
+
+    def select(self, count: int) -> MotionData:
+        return MotionData(self.t[:count], self.attitude[:count], self.rate[:count], self.source)
+
+
+class ApexTrace(NamedTuple):
+    """Unit vectors (n, 3) along the apex at evenly spaced times."""
+
+    t: Array
+    apex: Array
+
+
+def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
+    """Return the motions that the records tell, the most complete first."""
+    turned = rotation_matrix(point.axes)
+    made: list[MotionData] = []
+    for record in records:
+        table = {s.name: s for s in record.series if s.part is None}
+        if "q" in table:
+            t, q = _select_stretch(record.t, table["q"])
+            made += _motion_of_attitudes(t, multiply_quaternions(q, point.axes[None]))
+        if "body_velocity" in table:
+            t, w = _select_stretch(record.t, table["body_velocity"])
+            up = table.get("body_vertical")
+            first = _first_vertical(record.t, up, t) if up is not None and len(t) else None
+            made += _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
+        if "velocity" in table:
+            t, w = _select_stretch(record.t, table["velocity"])
+            made += _motion_seen_from_space(t, w)
+    order = ("attitude", "vertical", "space", "gyroscope")
+    return sorted(made, key=lambda motion: order.index(motion.source))
+
+
+def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
+    """Return the traces of the apex that the records tell."""
+    made = []
+    for record in records:
+        found = _read_apex(record, point)
+        if found is not None:
+            t, apex = found
+            even = np.linspace(t[0], t[-1], len(t))
+            apex = np.stack([np.interp(even, t, apex[:, k]) for k in range(3)], axis=-1)
+            made.append(ApexTrace(even, apex / np.linalg.norm(apex, axis=1)[:, None]))
+    return made
+
+
+def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
+    table = {s.name: s for s in record.series}
+    if "apex" in table:
+        t, e = _select_stretch(record.t, table["apex"])
+    elif {"apex_x", "apex_y"} <= table.keys():
+        both = table["apex_x"].measured & table["apex_y"].measured
+        t = record.t[both[:, 0]]
+        x, y = (table[name].values[both[:, 0], 0] for name in ("apex_x", "apex_y"))
+        side = np.sign((rotation_matrix(point.attitude) @ point.com)[2]) or 1.0
+        e = np.stack((x, y, side * np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))), axis=-1)
+    elif {"nutation", "precession_angle"} <= table.keys():
+        both = table["nutation"].measured & table["precession_angle"].measured
+        t = record.t[both[:, 0]]
+        tilt, turn = (table[n].values[both[:, 0], 0] for n in ("nutation", "precession_angle"))
+        e = np.stack(
+            (np.sin(tilt) * np.sin(turn), -np.sin(tilt) * np.cos(turn), np.cos(tilt)), axis=-1
+        )
+    else:
+        return None
+    t, first = np.unique(t, return_index=True)
+    e = e[first]
+    if len(t) >= _FEWEST:
+        regular = _find_regular(e, is_attitude=False)
+        t, e = t[regular], e[regular]
+    return (t, e) if len(t) >= _FEWEST else None
+
+
+def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
+    """Return the longest stretch of whole rows without a pause, at distinct times."""
+    whole = series.measured.all(axis=1)
+    times, first = np.unique(t[whole], return_index=True)
+    values = series.values[whole][first]
+    regular = _find_regular(values, series.is_attitude)
+    times, values = times[regular], values[regular]
+    if len(times) < _FEWEST:
+        return times[:0], values[:0]
+    pauses = np.diff(times)
+    ends = np.flatnonzero(pauses > _GAP * np.median(pauses)) + 1
+    edges = np.concatenate(([0], ends, [len(times)]))
+    k = int(np.argmax(np.diff(edges)))
+    at = slice(edges[k], edges[k + 1])
+    return times[at], values[at]
+
+
+def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
+    """Return True for each row that is near the median of its neighbours.
+
+    Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.
+    """
+    if len(values) < _FEWEST:
+        return np.ones(len(values), dtype=np.bool_)
+    if is_attitude:  # q and -q are the same attitude
+        steps = (values[1:] * values[:-1]).sum(axis=1)
+        signs = np.concatenate(([1.0], np.where(steps < 0.0, -1.0, 1.0)))
+        values = values * np.cumprod(signs)[:, None]
+    half = _NEIGHBOURS // 2
+    padded = np.pad(values, ((half, half), (0, 0)), mode="reflect", reflect_type="odd")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBOURS, axis=0)
+    others = np.delete(windows, half, axis=-1)
+    deviation = np.abs(values - np.median(others, axis=-1))
+    usual = np.maximum(np.median(deviation, axis=0), 1e-9 * np.abs(values).max(axis=0))
+    regular: NDArray[np.bool_] = (deviation <= _OUTLIER * usual).all(axis=1)
+    if regular.mean() < 1.0 - _OUTLIERS_MOST:
+        return np.ones(len(values), dtype=np.bool_)
+    return regular
+
+
+def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
+    """Return the motion of attitudes, with velocities from attitudes that are far enough apart."""
+    if len(t) < _FEWEST:
+        return []
+    angle = np.median(np.linalg.norm(logarithm(_between(q, 1)), axis=1))
+    stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
+    turns = logarithm(_between(q, stride))
+    rate = turns / (t[stride:] - t[:-stride])[:, None]
+    middle = 0.5 * (t[stride:] + t[:-stride])
+    halfway = multiply_quaternions(q[:-stride], exponential(0.5 * turns))
+    return [MotionData(middle, halfway, rate, "attitude")]
+
+
+def _between(q: Array, stride: int) -> Array:
+    return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
+
+
+def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[MotionData]:
+    if len(t) < _FEWEST:
+        return []
+    first = np.array([1.0, 0.0, 0.0, 0.0])
+    if vertical is not None:
+        first = conjugate_quaternions(tilt_to(vertical / np.linalg.norm(vertical)))
+    attitude = _accumulate(t, rate, first, False)
+    source = "gyroscope" if vertical is None else "vertical"
+    return [MotionData(t, attitude, rate, source)]
+
+
+def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
+    """Return the measured vertical nearest to the first of the times `since`."""
+    whole = np.flatnonzero(series.measured.all(axis=1))
+    if not whole.size:
+        return None
+    near = whole[np.abs(t[whole] - since[0]).argmin()]
+    vertical: Array = series.values[near]
+    return vertical if np.linalg.norm(vertical) > 0.0 else None
+
+
+def _motion_seen_from_space(t: Array, velocity: Array) -> list[MotionData]:
+    if len(t) < _FEWEST:
+        return []
+    attitude = _accumulate(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
+    rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
+    return [MotionData(t, attitude, rate, "space")]
+
+
+def _accumulate(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
+    """Return the attitudes that follow `first` by the mean of neighbouring angular velocities."""
+    made = np.empty((len(t), 4))
+    made[0] = first
+    made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
+    shift = 1
+    while shift < len(t):  # products of 2, 4, 8, ... neighbours
+        ends = (made[shift:], made[:-shift]) if is_in_space else (made[:-shift], made[shift:])
+        made[shift:] = multiply_quaternions(*ends)
+        shift *= 2
+    return made
+
+
+def interpolate(motion: MotionData, t: float) -> tuple[Array, Array]:
+    """Return the attitude and the angular velocity of a motion near the time t."""
+    k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
+    k -= int(t - motion.t[k - 1] < motion.t[k] - t)
+    about = slice(max(k - 2, 0), k + 3)
+    rate = motion.rate[about].mean(axis=0)
+    turn = exponential((t - motion.t[k]) * rate)
+    return multiply_quaternions(motion.attitude[k], turn), rate

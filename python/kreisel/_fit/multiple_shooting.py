@@ -1,0 +1,231 @@
+"""Multiple shooting: pieces of a motion with their own starts, whose ends must meet.
+
+The gaps between the pieces are residuals whose standard deviation shrinks from stage to stage.
+Errors grow only within a piece, so that chaotic motions can be fitted over many Lyapunov times.
+Source: H. Bock, Recent advances in parameter identification techniques for ODE, 1983.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .._results.path import Error
+from .._solve.solve import solve
+from .._utils.validation import Array
+from .levenberg_marquardt import LossName, Minimum, Search, minimize
+from .motion_data import MotionData, interpolate
+from .parameters import Parameters, Point
+from .records import Record, slice_record
+from .residuals import Evaluation, Indices, ResidualModel
+from .rotations import (
+    conjugate_quaternions,
+    cross_matrix,
+    inverse_left_jacobian,
+    logarithm,
+    multiply_quaternions,
+    rotation_matrix,
+)
+
+GAPS = (0.1, 1e-2, 1e-3, 1e-5)  # standard deviations of the gaps in each stage [rad]
+_PER_GROWTH = 2.0  # pieces for each factor e of the growth of errors
+_ROWS = 10  # fewest times of a piece
+_MOST = 400
+_FTOL = 1e-5
+_HOPELESS = 3.0  # mean squared residual from which smaller gaps are not tried
+_STAGE_LIMIT = 40  # evaluations of all pieces in a stage
+_START = ("attitude", "velocity")
+
+
+class Pieces(NamedTuple):
+    """The starts of all pieces, and the values of all other parameters in the first one."""
+
+    points: tuple[Point, ...]
+
+
+def choose_pieces(point: Point, records: Sequence[Record]) -> int:
+    """Return the number of pieces within which errors grow little."""
+    times = np.concatenate([record.t for record in records])
+    most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
+    end = float(times[np.abs(times).argmax()])
+    try:
+        path = solve(point.to_scene(), [end], "taylor", tangents="start", max_steps=10**6)
+    except (Error, ValueError):
+        return most
+    sizes = np.ones(6)
+    sizes[3:] = float(np.linalg.norm(point.momentum)) or 1.0
+    tangents = path.tangents[0] / sizes[:, None] * sizes
+    growth = math.log(max(float(np.linalg.norm(tangents, 2)), 1.0))
+    return int(np.clip(math.ceil(_PER_GROWTH * growth), min(2, most), most))
+
+
+class ShootingModel:
+    """The residuals of all pieces and of the gaps between them.
+
+    The first columns are the parameters of the first piece; the starts of the others follow.
+    """
+
+    def __init__(
+        self, parameters: Parameters, records: Sequence[Record], sigmas: Sequence[Array], count: int
+    ) -> None:
+        self.parameters, self.gap = parameters, GAPS[0]
+        times = np.concatenate([record.t for record in records])
+        self.edges = np.linspace(min(float(times.min()), 0.0), float(times.max()), count + 1)
+        self.edges[np.abs(self.edges).argmin()] = 0.0
+        self.models: list[ResidualModel] = []
+        self.rows: list[Indices] = []
+        for k in range(count):
+            self._add_piece(k, records, sigmas)
+        self.first = int(np.flatnonzero(self.edges[:-1] <= 0.0)[-1])  # the piece with the start
+        self.columns = self._number_columns()
+        self.data_size = sum(len(rows) for rows in self.rows)
+        self.size = self.data_size + 6 * (count - 1)
+        self.evaluations = 0
+
+    def _add_piece(self, k: int, records: Sequence[Record], sigmas: Sequence[Array]) -> None:
+        begin, end = self.edges[k], self.edges[k + 1]
+        is_last = k == len(self.edges) - 2
+        parts, own_sigmas, rows = [], [], []
+        series, offset = iter(sigmas), 0
+        for record in records:
+            low = int(np.searchsorted(record.t, begin))
+            high = len(record.t) if is_last else int(np.searchsorted(record.t, end))
+            parts.append(slice_record(record, low, high, float(begin)))
+            for one in record.series:
+                own_sigmas.append(next(series)[low:high])
+                rows.append(offset + np.arange(low * one.width, high * one.width))
+                offset += len(record.t) * one.width
+        names = [n for n in self.parameters.free if n not in _START]
+        is_first = begin == 0.0
+        free = self.parameters.free if is_first else (*_START, *names)
+        own = Parameters(self.parameters.scene, free, parts)
+        self.models.append(ResidualModel(own, parts, own_sigmas, float(end - begin)))
+        self.rows.append(np.concatenate(rows))
+
+    def _number_columns(self) -> list[Indices]:
+        """Return the columns of the parameters of each piece."""
+        made, used = [], self.parameters.size
+        for k, model in enumerate(self.models):
+            columns = np.empty(model.parameters.size, dtype=np.intp)
+            for key, at in model.parameters.slices.items():
+                if k != self.first and key[0] in _START:
+                    columns[at] = np.arange(used, used + 3)
+                    used += 3
+                else:
+                    columns[at] = np.arange(used)[self.parameters.slices[key]]
+            made.append(columns)
+        self.width = used
+        return made
+
+    def start(self, point: Point, motion: MotionData) -> Pieces:
+        """Return pieces that begin on a measured motion, with the other parameters of `point`."""
+        points = []
+        for k, edge in enumerate(self.edges[:-1]):
+            attitude, rate = interpolate(motion, float(edge))
+            own = replace(point, attitude=attitude, rate=rate)
+            points.append(point if k == self.first else own)
+        return Pieces(tuple(points))
+
+    def start_along(self, point: Point) -> Pieces:
+        """Return pieces that begin on the motion of `point`."""
+        points = {}
+        scene, edges = point.to_scene(), self.edges[:-1]
+        for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
+            path = solve(scene, times, "taylor")
+            for t, q, m in zip(times, path.q, path.m, strict=True):
+                rate = (rotation_matrix(q).T @ m - point.rotor) / point.moments
+                points[float(t)] = replace(point, attitude=q, rate=rate)
+        return Pieces(tuple(points[float(t)] for t in edges))
+
+    def move(self, pieces: Pieces, step: Array) -> Pieces:
+        moved = [
+            model.move(point, step[columns])
+            for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
+        ]
+        return Pieces(tuple(moved))
+
+    def natural_sizes(self, pieces: Pieces) -> Array:
+        made = np.ones(self.width)
+        span = float(self.edges[-1] - self.edges[0])
+        for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
+            own = self.models[k].parameters.natural_sizes(pieces.points[k], span)
+            made[self.columns[k]] = own
+        return made
+
+    def distances(self, pieces: Pieces) -> Array:
+        made = np.full(self.width, np.inf)
+        made[self.columns[self.first]] = self.models[self.first].distances(
+            pieces.points[self.first]
+        )
+        return made
+
+    def evaluate(self, pieces: Pieces) -> Evaluation:
+        self.evaluations += 1
+        residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
+        for k, model in enumerate(self.models):
+            found = model.evaluate(pieces.points[k])
+            if not np.isfinite(found.residuals).all():
+                return Evaluation(np.full(self.size, np.inf), jacobian)
+            residuals[self.rows[k]] = found.residuals
+            jacobian[np.ix_(self.rows[k], self.columns[k])] = found.jacobian
+        for k in range(len(self.models) - 1):
+            at = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
+            residuals[at], jacobian[at] = self._compare_ends(pieces, k)
+        return Evaluation(residuals, jacobian)
+
+    def _compare_ends(self, pieces: Pieces, k: int) -> tuple[Array, Array]:
+        """Return the gap between piece k and the next one, and its derivatives."""
+        end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
+        assert end is not None
+        turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
+        rotation, moments = rotation_matrix(end.q), point.moments
+        momentum = rotation.T @ end.m
+        rate = (momentum - point.rotor) / moments
+        scale = float(np.linalg.norm(rate)) or 1.0
+        gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
+        p = self.models[k].parameters
+        by_rate = np.concatenate((cross_matrix(momentum), rotation.T), axis=1) @ end.by
+        by_rate /= moments[:, None]
+        if p.has("moments"):
+            by_rate[:, p.at("moments")] -= (rate / moments)[:, None] * p.moments_by_step()
+        made = np.zeros((6, self.width))
+        made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
+        made[3:, self.columns[k]] = -by_rate / scale
+        q, columns = self.models[k + 1].parameters, self.columns[k + 1]
+        if q.has("attitude"):
+            made[:3, columns[q.at("attitude")]] += inverse_left_jacobian(-turn)
+        if q.has("velocity"):
+            made[3:, columns[q.at("velocity")]] += np.eye(3) / scale
+        return gap, made / self.gap
+
+
+def shoot(
+    model: ShootingModel,
+    pieces: Pieces,
+    loss: LossName,
+    report: Callable[[Minimum], None],
+    limit: int,
+) -> Minimum:
+    """Return the minimum in which the pieces meet, found with ever smaller gaps.
+
+    The search ends early if even pieces that need not meet disagree with the records.
+    """
+    found: Minimum | None = None
+    for gap in GAPS:
+        model.gap = gap
+        stage = min(model.evaluations + _STAGE_LIMIT, limit)
+        tell = report if gap == GAPS[-1] else _ignore
+        found = minimize(model, pieces, Search(loss, stage, _FTOL, tell, is_stiff=True))
+        pieces = found.point  # type: ignore[assignment]
+        if not found.cost <= _HOPELESS * model.size:
+            break
+    assert found is not None
+    return found
+
+
+def _ignore(_: Minimum) -> None:
+    """Ignore a minimum in which the pieces do not meet."""

@@ -1,0 +1,62 @@
+"""Standard deviations of measurements whose errors are unknown."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._utils.validation import Array
+from .levenberg_marquardt import LossName
+from .records import Record, Series
+from .residuals import ResidualModel
+from .rotations import conjugate_quaternions, logarithm, multiply_quaternions, wrap_angle
+
+_FEWEST = 6  # values that an estimate needs
+_UNKNOWN = 0.1  # standard deviation without an estimate, relative to the spread
+_LEAST = 1e-12  # least standard deviation, relative to the spread
+MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its median deviation
+
+
+def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
+    """Return the standard deviation (n, width) of each series: as given, or from its values."""
+    made: list[Array] = []
+    for record in records:
+        for series in record.series:
+            shape = len(record.t), series.width
+            if series.sigma is None:
+                made.append(np.full(shape, _estimate_from_neighbours(series)))
+            else:
+                made.append(series.sigma)
+    return made
+
+
+def _estimate_from_neighbours(series: Series) -> float:
+    """Return the noise of a series from the second differences of neighbouring values."""
+    values = series.values[series.measured.all(axis=1)]
+    if len(values) < _FEWEST:
+        return _UNKNOWN * series.spread
+    if series.is_attitude:
+        steps = logarithm(multiply_quaternions(conjugate_quaternions(values[:-1]), values[1:]))
+    else:
+        steps = np.diff(values, axis=0)
+        steps = wrap_angle(steps) if series.is_angle else steps
+    noise = MEDIAN * float(np.median(np.abs(np.diff(steps, axis=0)))) / np.sqrt(6.0)
+    return float(np.clip(noise, _LEAST * series.spread, series.spread))
+
+
+def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
+    """Return the standard deviations in which those that are unknown follow from the residuals."""
+    total = int(model.measured.sum())
+    share = max(1.0 - model.parameters.size / total, 1.0 / total)
+    made: list[Array] = []
+    for rows in model.rows:
+        if rows.series.sigma is not None:
+            made.append(rows.sigma)
+            continue
+        own = rows.select(residuals)[rows.mask]
+        if loss == "soft" and own.size:
+            factor = MEDIAN * float(np.median(np.abs(own)))
+        else:
+            factor = float(np.sqrt((own @ own) / max(own.size * share, 1e-300)))
+        least = _LEAST * rows.series.spread
+        made.append(np.maximum(rows.sigma * factor, least) if own.size else rows.sigma)
+    return made

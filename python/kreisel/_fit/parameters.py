@@ -1,0 +1,429 @@
+"""Free parameters of a fit: their blocks, bounds, natural sizes, names and units.
+
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial is a rigid
+body. A plate has one of a, b, c equal to zero. Rotations move by small rotations from the current
+one, so that no chart of the rotations has singular points.
+Source: C. Rucker and P. Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from .._model.body import Body
+from .._model.scene import Scene
+from .._options.quantities import QUANTITIES
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Array, short_repr
+from .records import Record
+from .rotations import (
+    conjugate_quaternions,
+    cross_matrix,
+    exponential,
+    logarithm,
+    multiply_quaternions,
+    normalize_quaternion,
+    rotation_matrix,
+)
+
+FreeName = Literal[
+    "start", "attitude", "velocity", "moments", "com", "lever", "gravity", "mass", "damping", "axes"
+]
+FREE: tuple[FreeName, ...] = (
+    "start",
+    "attitude",
+    "velocity",
+    "moments",
+    "com",
+    "lever",
+    "gravity",
+    "mass",
+    "damping",
+    "axes",
+)
+Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empty
+
+_AXES = "xyz"
+_INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
+_EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
+_UNITS = {
+    "attitude": "",
+    "velocity": "T^-1",
+    "moments": "M L^2",
+    "com": "L",
+    "lever": "L",
+    "gravity": "L T^-2",
+    "mass": "M",
+    "damping": "M L^2 T^-1",
+    "axes": "",
+    "mounting": "",
+    "delay": "T",
+    "scale": "",
+}
+_MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """The values of all parameters, free or not, seen from the principal axes.
+
+    attitude     quaternion from the principal axes to space
+    rate         angular velocity
+    densities    (a, b, c) of the moments
+    axes         quaternion from the principal axes to the frame of description
+    rotor        momentum of the rotor, which is never free
+    instruments  the values of the properties of instruments
+    """
+
+    attitude: Array
+    rate: Array
+    densities: Array
+    com: Array
+    gravity: float
+    mass: float
+    damping: Array
+    axes: Array
+    rotor: Array
+    instruments: dict[Key, Array]
+
+    @property
+    def moments(self) -> Array:
+        """The principal moments, not below 1e-12 times their sum."""
+        made: Array = self.densities.sum() - self.densities
+        safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
+        return safe
+
+    @property
+    def momentum(self) -> Array:
+        """The angular momentum, seen from the principal axes."""
+        made: Array = self.moments * self.rate + self.rotor
+        return made
+
+    @property
+    def weight(self) -> float:
+        return self.mass * self.gravity
+
+    def to_scene(self) -> Scene:
+        """Return the scene in its principal axes."""
+        body = Body(
+            self.mass,
+            self.moments,
+            self.com,
+            inertia_rtol=_INERTIA_RTOL,
+            rotor=self.rotor,
+            unphysical=True,
+        )
+        return Scene(
+            body,
+            attitude=normalize_quaternion(self.attitude),
+            body_momentum=self.momentum,
+            gravity=self.gravity,
+            damping=self.damping,
+        )
+
+
+def point_of_scene(scene: Scene) -> Point:
+    """Return the parameters of a scene."""
+    body = scene.body
+    moments = np.array(body.moments)
+    densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
+    axes = np.array(body.axes)
+    attitude = multiply_quaternions(np.array(scene.attitude), axes)
+    rotor = np.array(body.principal_rotor)
+    rate = (rotation_matrix(attitude).T @ np.array(scene.momentum) - rotor) / moments
+    return Point(
+        attitude,
+        rate,
+        densities,
+        np.array(body.principal_com),
+        scene.gravity,
+        body.mass,
+        np.array(scene.damping, dtype=float),
+        axes,
+        rotor,
+        {},
+    )
+
+
+def _is_physical(point: Point) -> bool:
+    """Return True if some distribution of mass has these moments, mass and centre of mass."""
+    second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
+    return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
+
+
+def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
+    """Return the blocks of free parameters in a fixed order; "start" is attitude and velocity."""
+    given = [free] if isinstance(free, str) else free
+    if not isinstance(given, Iterable):
+        raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
+    names: set[str] = set()
+    for name in given:
+        if name not in FREE:
+            raise ValueError(unknown_name_message("name in free:", str(name), FREE))
+        names |= {"attitude", "velocity"} if name == "start" else {name}
+    if not names:
+        raise ValueError(f"free is empty; known are {', '.join(FREE)}")
+    if {"com", "lever"} <= names:
+        raise ValueError("free has both com and lever, the length of com: leave out one")
+    return tuple(name for name in FREE if name in names)
+
+
+def _group_equal(values: Array) -> Array:
+    """Return (3, groups): a column for each group of equal numbers."""
+    columns: list[Array] = []
+    left = [0, 1, 2]
+    while left:
+        near = [k for k in left if abs(values[k] - values[left[0]]) <= _EQUAL * abs(values).max()]
+        columns.append(np.isin(np.arange(3), near).astype(float))
+        left = [k for k in left if k not in near]
+    return np.stack(columns, axis=-1)
+
+
+class Parameters:
+    """The free parameters of a scene and of the instruments of its records.
+
+    slices   {key: slice}: the columns of each block
+    size     the number of free parameters
+    moments  (3, groups): the moments that are equal in the scene stay equal, and have one column
+    """
+
+    def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
+        self.scene, self.free, self.records = scene, free, tuple(records)
+        self.start = point_of_scene(scene)
+        self.moments = _group_equal(self.start.moments)
+        self.damping = _group_equal(self.start.damping)
+        if "axes" in free and self.start.rotor.any():
+            raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
+        length = float(np.linalg.norm(self.start.com))
+        if "lever" in free and not length > 0.0:
+            raise ValueError("lever is free, but com is the fixed point: free com instead")
+        self.lever = self.start.com / length if length > 0.0 else self.start.com
+        self.slices: dict[Key, slice] = {}
+        self.size = 0
+        for name in free:
+            self._add((name, -1, ""), self._count(name))
+        instruments: dict[Key, Array] = {}
+        for i, record in enumerate(records):
+            for name in record.free:
+                instruments |= self._add_instrument(name, i, record)
+        densities = self.start.densities
+        if self.has("moments"):
+            densities = np.maximum(densities, 0.0)
+        self.start = replace(self.start, instruments=instruments, densities=densities)
+
+    def _add(self, key: Key, count: int) -> None:
+        self.slices[key] = slice(self.size, self.size + count)
+        self.size += count
+
+    def _count(self, name: str) -> int:
+        if name in ("moments", "damping"):
+            return int((self.moments if name == "moments" else self.damping).shape[1])
+        return 1 if name in ("lever", "gravity", "mass") else 3
+
+    def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
+        """Add the columns of a property of an instrument, and return its first values."""
+        if name in ("mounting", "delay"):
+            key = (name, i, "")
+            self._add(key, 3 if name == "mounting" else 1)
+            return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
+        made: dict[Key, Array] = {}
+        for series in record.series:
+            if not series.is_attitude:
+                key = (name, i, series.name)
+                self._add(key, series.width)
+                made[key] = np.full(series.width, 1.0 if name == "scale" else 0.0)
+        return made
+
+    def has(self, name: str) -> bool:
+        return (name, -1, "") in self.slices
+
+    def at(self, name: str) -> slice:
+        return self.slices[name, -1, ""]
+
+    def move(self, point: Point, step: Array) -> Point:
+        """Return the point after a step (size,), cut off at the bounds."""
+        own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
+        changes: dict[str, Array | float] = {}
+        for name, by in own.items():
+            if name == "attitude":
+                moved = multiply_quaternions(point.attitude, exponential(by))
+                changes["attitude"] = normalize_quaternion(moved)
+            elif name == "velocity":
+                changes["rate"] = point.rate + by
+            elif name == "moments":
+                changes["densities"] = np.maximum(point.densities + self.moments @ by, 0.0)
+            elif name == "damping":
+                changes["damping"] = np.maximum(point.damping + self.damping @ by, 0.0)
+            elif name == "com":
+                changes["com"] = point.com + by
+            elif name == "lever":
+                changes["com"] = point.com + self.lever * by
+            elif name == "axes":
+                moved = multiply_quaternions(point.axes, exponential(by))
+                changes["axes"] = normalize_quaternion(moved)
+            else:
+                changes[name] = float(getattr(point, name) + by[0])
+        if "mass" in changes:
+            changes["mass"] = max(float(changes["mass"]), 1e-3 * point.mass)
+        instruments = self._move_instruments(point, step) if point.instruments else {}
+        return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
+
+    def _move_instruments(self, point: Point, step: Array) -> dict[Key, Array]:
+        made = {}
+        for key, value in point.instruments.items():
+            by = step[self.slices[key]]
+            if key[0] == "mounting":
+                moved = multiply_quaternions(value, exponential(by))
+                made[key] = normalize_quaternion(moved)
+            else:
+                made[key] = value + by
+        return made
+
+    def distances(self, point: Point) -> Array:
+        """Return the distances (size,) of the parameters to their lower bounds."""
+        made = np.full(self.size, np.inf)
+        for name, columns, values in (
+            ("moments", self.moments, point.densities),
+            ("damping", self.damping, point.damping),
+        ):
+            if self.has(name):
+                made[self.at(name)] = columns.T @ values / columns.sum(axis=0)
+        return made
+
+    def moments_by_step(self) -> Array:
+        """Return the derivative (3, groups) of the moments by the free densities."""
+        made: Array = _MOMENTS_BY_DENSITY @ self.moments
+        return made
+
+    def natural_sizes(self, point: Point, span: float) -> Array:
+        """Return the size (size,) of a change of each parameter that would matter.
+
+        span  the length of the records [T]
+        """
+        made = np.ones(self.size)
+        rate = float(np.linalg.norm(point.rate)) or 1.0 / span
+        moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
+        density = self.moments.T @ point.densities / self.moments.sum(axis=0)
+        slowest = 0.01 * moments.max() / span
+        sizes = {
+            "velocity": rate,
+            "moments": np.minimum(moments.max(), np.maximum(100.0 * density, 1e-3 * moments.min())),
+            "com": lever,
+            "lever": lever,
+            "gravity": abs(point.gravity) or 1.0,
+            "mass": point.mass,
+            "damping": max(float(point.damping.max()), float(slowest)),
+            "delay": 1.0 / rate,
+        }
+        for (name, i, label), at in self.slices.items():
+            if name in sizes:
+                made[at] = sizes[name]
+            elif name == "bias":
+                made[at] = next(s.spread for s in self.records[i].series if s.name == label)
+        return made
+
+    def to_scene(self, point: Point) -> Scene:
+        """Return the scene of a point, in the frame of description of the user's body."""
+        old = self.scene.body
+        turned = rotation_matrix(point.axes)
+        is_kept = not (self.has("moments") or self.has("axes"))
+        is_diagonal = abs(point.axes[0]) == 1.0
+        moments = point.moments
+        inertia = (
+            old.inertia
+            if is_kept
+            else moments
+            if is_diagonal
+            else turned @ np.diag(moments) @ turned.T
+        )
+        com = point.com if is_diagonal else turned @ point.com
+        body = Body(
+            point.mass,
+            inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
+            com if self.has("com") or self.has("lever") or self.has("axes") else old.com,
+            inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
+            rotor=old.rotor,
+            unphysical=old.unphysical or not _is_physical(point),
+        )
+        attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
+        momentum = rotation_matrix(point.attitude) @ point.momentum
+        # The principal axes of the new body may be in another order.
+        order = (rotation_matrix(np.array(body.axes)).T @ turned) ** 2
+        return Scene(
+            body,
+            momentum=momentum,
+            attitude=normalize_quaternion(attitude),
+            gravity=point.gravity,
+            damping=point.damping if is_diagonal else order @ point.damping,
+        )
+
+    def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
+        """Return the names, units and values of the parameters as users know them.
+
+        The last item is the derivative (size, size) of the values by a step.
+        """
+        names: list[str] = []
+        units: list[str] = []
+        values, by_step = np.zeros(self.size), np.eye(self.size)
+        for key, at in self.slices.items():
+            name, i, label = key
+            words = self._describe_block(key, at.stop - at.start)
+            names += words
+            unit = self._series_unit(i, label) if name == "bias" else _UNITS[name]
+            units += [unit] * len(words)
+            if i >= 0:
+                value = point.instruments[key]
+                values[at] = logarithm(value) if name == "mounting" else value
+            else:
+                values[at] = self._describe_motion(name, point, by_step[at])
+        return names, units, values, by_step
+
+    def _series_unit(self, i: int, label: str) -> str:
+        quantity = next(s.quantity for s in self.records[i].series if s.name == label)
+        return QUANTITIES[quantity].dimension
+
+    def _describe_block(self, key: Key, count: int) -> list[str]:
+        name, i, label = key
+        if name in ("moments", "damping"):
+            columns = self.moments if name == "moments" else self.damping
+            head = "I" if name == "moments" else "damping_"
+            groups = [np.flatnonzero(columns[:, k]) + 1 for k in range(count)]
+            return [" = ".join(f"{head}{j}" for j in group) for group in groups]
+        head = f"{name}[{i}]" if i >= 0 else "body_velocity" if name == "velocity" else name
+        if label:
+            head += f".{label}"
+        if count == 1:
+            return [head]
+        return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
+
+    def _describe_motion(self, name: str, point: Point, rows: Array) -> Array:
+        """Return the values of a block of the motion, and write their derivatives to `rows`."""
+        turned = rotation_matrix(point.axes)
+        at = self.at(name)
+        if name == "attitude":
+            rows[:, at] = turned
+            back = conjugate_quaternions(point.axes)
+            return logarithm(multiply_quaternions(point.attitude, back))
+        if name in ("velocity", "com"):
+            vector = point.rate if name == "velocity" else point.com
+            rows[:, at] = turned
+            if self.has("axes"):
+                rows[:, self.at("axes")] = -turned @ cross_matrix(vector)
+            made: Array = turned @ vector
+            return made
+        if name == "axes":
+            return logarithm(point.axes)
+        if name in ("moments", "damping"):
+            columns = self.moments if name == "moments" else self.damping
+            first = columns.argmax(axis=0)
+            if name == "moments":
+                rows[:, at] = self.moments_by_step()[first]
+            chosen: Array = (point.moments if name == "moments" else point.damping)[first]
+            return chosen
+        if name == "lever":
+            return np.array([float(point.com @ self.lever)])
+        return np.array([float(getattr(point, name))])

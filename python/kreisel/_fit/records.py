@@ -1,0 +1,340 @@
+"""Records of measurements: times, quantities, their standard deviations, and the instrument."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._options.quantities import ANGLES, QUANTITIES
+from .._utils.errors import unknown_name_message
+from .._utils.validation import (
+    Array,
+    ReadOnlyArrays,
+    as_array,
+    as_bool,
+    as_finite_array,
+    freeze_arrays,
+    short_repr,
+)
+from .quantity_derivatives import EVALUATIONS, SEEN_FROM_BODY
+from .table_columns import columns_of_frame, read_csv_columns, select_columns
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+InstrumentName = Literal["bias", "scale", "mounting", "delay"]
+Sigma = ArrayLike | Mapping[str, ArrayLike] | None
+Mask = NDArray[np.bool_]
+Columns = Mapping[str, str | Sequence[str]]
+
+INSTRUMENT: tuple[InstrumentName, ...] = ("bias", "scale", "mounting", "delay")
+_UNIT_RTOL = 1e-3  # measured quaternions may differ from unit quaternions by rounding to 3 digits
+_MANY_TURNS = 4.0 * np.pi  # a larger measured angle is probably in degrees [rad]
+_PARTS = {c: (name, k) for name, q in QUANTITIES.items() for k, c in enumerate(q.components)}
+
+
+class Series(NamedTuple):
+    """The measurements of one quantity by one instrument.
+
+    name      the name of the quantity or of a component
+    quantity  the name of the quantity
+    part      the index of the component, or None for the whole quantity
+    values    (n, k), zero where nothing was measured; angles in radians
+    measured  (n, k), True where something was measured
+    sigma     (n, k) standard deviations, or None if they are unknown
+    unit      factor from the user's unit to the unit of `values`
+    """
+
+    name: str
+    quantity: str
+    part: int | None
+    values: Array
+    measured: Mask
+    sigma: Array | None
+    unit: float
+
+    @property
+    def is_angle(self) -> bool:
+        return self.quantity in ANGLES
+
+    @property
+    def is_attitude(self) -> bool:
+        return self.quantity == "q"
+
+    @property
+    def width(self) -> int:
+        """The number of residuals of a row: 3 for an attitude, whose residual is a rotation."""
+        return 3 if self.is_attitude else self.values.shape[1]
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of the values, or 1 rad for attitudes and angles."""
+        if self.is_attitude or self.is_angle:
+            return 1.0
+        number = np.maximum(self.measured.sum(axis=0), 1)
+        mean = self.values.sum(axis=0) / number
+        square = np.where(self.measured, (self.values - mean) ** 2, 0.0).sum(axis=0) / number
+        return float(np.sqrt(square.mean())) or float(np.abs(self.values).max()) or 1.0
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Record(ReadOnlyArrays):
+    """The measurements of one instrument during one motion.
+
+    t        (n,) times since the start of the motion, which do not decrease [T]
+    values   {quantity: (n, ...)}: names of quantities or of their components, as "apex_x", and
+             their values. NaN where nothing was measured. q is scalar first, and -q equals q
+    sigma    standard deviation of the errors: a number, or an array that broadcasts to the values,
+             or {quantity: number or array}. For q it is an angle [rad]. None: it is estimated from
+             the residuals of the fit, for each quantity
+    free     properties of the instrument that the fit estimates: "bias" and "scale" of each
+             component, "mounting", the rotation from the instrument to the frame of the body, and
+             "delay", by which the clock of the instrument is ahead [T]
+    degrees  True: angles and angular velocities are in degrees, and their sigma too
+
+    The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
+    independent and normally distributed.
+
+        >>> import kreisel as kr
+        >>> record = kr.Record([0.0, 0.1], {"apex_x": [0.0, 0.2], "apex_y": [0.1, 0.3]}, sigma=0.01)
+        >>> record
+        <kreisel.Record: 2 times, t = 0 .. 0.1; apex_x, apex_y; 4 numbers>
+
+    Raises TypeError for arguments that are not numbers. Raises ValueError for unknown names, times
+    that decrease, values of the wrong shape, infinite values, a record without measurements, a
+    sigma that is not positive, and quaternions whose norm differs from 1 by more than 0.001.
+    """
+
+    t: Array
+    free: tuple[InstrumentName, ...]
+    series: tuple[Series, ...]
+
+    def __init__(
+        self,
+        t: ArrayLike,
+        values: Mapping[str, ArrayLike],
+        sigma: Sigma = None,
+        free: InstrumentName | Iterable[InstrumentName] = (),
+        *,
+        degrees: bool = False,
+    ) -> None:
+        times = _parse_times(t)
+        if not isinstance(values, Mapping):
+            raise TypeError(
+                "values must map names of quantities to arrays, as in "
+                f"{{'body_velocity': w}}, not {short_repr(values)}"
+            )
+        if not values:
+            raise ValueError("values is empty: give at least one quantity")
+        in_degrees = as_bool("degrees", degrees)
+        _check_sigma_names(sigma, values)
+        series = tuple(_parse_series(name, values, sigma, times, in_degrees) for name in values)
+        if not any(one.measured.any() for one in series):
+            raise ValueError("values has no measurement: all numbers are NaN")
+        kept = self.__dict__
+        kept["t"], kept["series"], kept["free"] = times, series, _parse_free(free, series)
+        freeze_arrays((times, series))
+
+    @property
+    def size(self) -> int:
+        """The number of measured numbers; an attitude counts as 3."""
+        return sum(int(_count(one)) for one in self.series)
+
+    @property
+    def missing(self) -> int:
+        """The number of values that are NaN and left out; an attitude counts as 3."""
+        return sum(len(self.t) * one.width for one in self.series) - self.size
+
+    def __repr__(self) -> str:
+        names = ", ".join(one.name for one in self.series)
+        left_out = f", {self.missing} left out" if self.missing else ""
+        own = f"; free {', '.join(self.free)}" if self.free else ""
+        span = f"{len(self.t)} times, t = {self.t[0]:g} .. {self.t[-1]:g}"
+        return f"<kreisel.Record: {span}; {names}; {self.size} numbers{left_out}{own}>"
+
+    @classmethod
+    def from_csv(
+        cls,
+        file: str | os.PathLike[str],
+        columns: Columns | None = None,
+        t: str = "t",
+        sigma: Sigma = None,
+        free: InstrumentName | Iterable[InstrumentName] = (),
+        *,
+        degrees: bool = False,
+    ) -> Record:
+        """Read a record from a CSV file whose first line has the names of the columns.
+
+        columns  {quantity: names of its columns}, as in {"body_velocity": ("wx", "wy", "wz")}. The
+                 default is all columns except t, which then have names such as body_velocity_x
+        t        the name of the column of times
+
+        Fields may be separated by commas, semicolons or tabs. Empty fields and NaN mark values that
+        were not measured. Other arguments are as in kreisel.Record. Raises ValueError for missing
+        and unknown columns and for fields that are not numbers, and OSError as open does.
+        """
+        table = read_csv_columns(file)
+        times, values = select_columns(table, columns, t, _PARTS)
+        return cls(times, values, sigma, free, degrees=degrees)
+
+    @classmethod
+    def from_pandas(
+        cls,
+        frame: DataFrame,
+        columns: Columns | None = None,
+        t: str = "t",
+        sigma: Sigma = None,
+        free: InstrumentName | Iterable[InstrumentName] = (),
+        *,
+        degrees: bool = False,
+    ) -> Record:
+        """Return a record of the columns of a pandas.DataFrame.
+
+        The arguments are as in kreisel.Record.from_csv. If there is no column `t`, an index of this
+        name has the times. Raises TypeError for other objects than a DataFrame.
+        """
+        times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
+        return cls(times, values, sigma, free, degrees=degrees)
+
+
+def _count(series: Series) -> int:
+    if series.is_attitude:
+        return 3 * int(series.measured[:, 0].sum())
+    return int(series.measured.sum())
+
+
+def _parse_times(t: ArrayLike) -> Array:
+    times = as_finite_array("t", t, "a list of times")
+    if times.ndim != 1 or not times.size:
+        raise ValueError(f"t must be a list of times, not an array of shape {times.shape}")
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    if back.size:
+        i = int(back[0])
+        raise ValueError(
+            f"t must not decrease, but t[{i + 1}] = {times[i + 1]} follows t[{i}] = {times[i]}: "
+            "sort the rows by their times, or split the record where its clock was reset"
+        )
+    return times
+
+
+def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
+    if isinstance(sigma, Mapping):
+        for name in sigma:
+            if name not in values:
+                raise ValueError(unknown_name_message("name in sigma:", str(name), values))
+
+
+def _resolve_name(name: object) -> tuple[str, int | None]:
+    """Return the quantity and the index of the component that `name` denotes."""
+    if not isinstance(name, str):
+        raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
+    quantity, part = (name, None) if name in QUANTITIES else _PARTS.get(name, (name, None))
+    if quantity not in QUANTITIES:
+        raise ValueError(unknown_name_message("quantity", name, [*EVALUATIONS, *_PARTS]))
+    if quantity not in EVALUATIONS:
+        raise ValueError(f"{name} cannot be fitted: it is constant, or NaN for most bodies")
+    if quantity == "q" and part is not None:
+        raise ValueError(f"{name} cannot be fitted alone: give all four components as q")
+    return quantity, part
+
+
+def _parse_series(
+    name: str, values: Mapping[str, ArrayLike], sigma: Sigma, t: Array, degrees: bool
+) -> Series:
+    quantity, part = _resolve_name(name)
+    shape = QUANTITIES[quantity].shape if part is None else ()
+    given = as_array(name, values[name], "numbers")
+    if given.shape != (len(t), *shape):
+        raise ValueError(
+            f"{name} must have the shape {(len(t), *shape)}, one row for each time, "
+            f"not {given.shape}"
+        )
+    numbers = given.reshape(len(t), -1)
+    if np.isinf(numbers).any():
+        raise ValueError(f"{name} must be finite, or NaN where nothing was measured")
+    measured: Mask = np.logical_not(np.isnan(numbers))
+    if quantity == "q":
+        numbers, measured = _normalize_attitudes(numbers, measured)
+    is_in_degrees = degrees and (quantity in ANGLES or QUANTITIES[quantity].dimension == "T^-1")
+    unit = np.pi / 180.0 if is_in_degrees else 1.0
+    numbers = np.where(measured, numbers, 0.0) * (1.0 if quantity == "q" else unit)
+    if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
+        largest = float(np.abs(numbers).max())
+        raise ValueError(
+            f"{name} is up to {largest:g}, which is more than two turns: angles are in radians, or "
+            "in degrees with degrees=True"
+        )
+    unit = np.pi / 180.0 if degrees and quantity == "q" else unit
+    width = 3 if quantity == "q" else numbers.shape[1]
+    deviation = _parse_sigma(name, sigma, (len(t), width), unit)
+    return Series(name, quantity, part, numbers, measured, deviation, unit)
+
+
+def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
+    whole: Mask = np.asarray(measured.all(axis=1))
+    norm = np.sqrt((np.where(whole[:, None], q, 0.5) ** 2).sum(axis=1))
+    far = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_RTOL)
+    if far.size:
+        raise ValueError(
+            f"q must be unit quaternions (w, x, y, z); the norm of q[{far[0]}] is {norm[far[0]]:g}"
+        )
+    return q / norm[:, None], np.repeat(whole[:, None], 4, axis=1)
+
+
+def _parse_sigma(name: str, sigma: Sigma, shape: tuple[int, int], unit: float) -> Array | None:
+    given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
+    if given is None:
+        return None
+    label = f"sigma of {name}"
+    numbers = as_array(label, given, "a number or an array of the shape of the values")
+    if numbers.ndim == 1 and numbers.shape == (shape[0],) and shape[0] != shape[1]:
+        numbers = numbers[:, None]
+    try:
+        numbers = np.broadcast_to(numbers, shape)
+    except ValueError:
+        raise ValueError(
+            f"{label} must be a number or broadcast to {shape}, not {short_repr(given)}"
+        ) from None
+    if not (np.isfinite(numbers) & (numbers > 0.0)).all():
+        raise ValueError(f"{label} must be positive and finite; leave it out if it is unknown")
+    return numbers * unit
+
+
+def _parse_free(
+    free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
+) -> tuple[InstrumentName, ...]:
+    given = [free] if isinstance(free, str) else free
+    if not isinstance(given, Iterable):
+        raise TypeError(f"free must be names such as 'bias', not {short_repr(free)}")
+    names = list(given)
+    for name in names:
+        if name not in INSTRUMENT:
+            raise ValueError(unknown_name_message("name in free:", str(name), INSTRUMENT))
+    if "mounting" in names and not any(
+        one.is_attitude or (one.quantity in SEEN_FROM_BODY and one.part is None) for one in series
+    ):
+        raise ValueError("mounting needs q or a whole vector seen from the body")
+    if {"bias", "scale"} & set(names) and all(one.is_attitude for one in series):
+        raise ValueError("attitudes have no bias and no scale: use 'mounting'")
+    return tuple(name for name in INSTRUMENT if name in names)
+
+
+def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
+    """Return the rows begin .. end - 1 of a record, with times since `origin`."""
+    made = object.__new__(Record)
+    series = tuple(
+        one._replace(
+            values=one.values[begin:end],
+            measured=one.measured[begin:end],
+            sigma=None if one.sigma is None else one.sigma[begin:end],
+        )
+        for one in record.series
+    )
+    kept = made.__dict__
+    kept["t"], kept["series"], kept["free"] = record.t[begin:end] - origin, series, record.free
+    return made

@@ -1,0 +1,354 @@
+"""Residuals of records, in standard deviations, and their derivatives by the free parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from .._core import tangents as TANGENTS
+from .._model.scene import Scene
+from .._results.path import Error, Path
+from .._solve.solve import solve
+from .._solve.variational import TangentSpec
+from .._utils.validation import Array
+from .parameters import Parameters, Point
+from .quantity_derivatives import EVALUATIONS, SEEN_FROM_BODY, Derivatives, States
+from .records import Record, Series
+from .rotations import (
+    conjugate_quaternions,
+    cross_matrix,
+    inverse_left_jacobian,
+    logarithm,
+    multiply_quaternions,
+    quaternion_of_matrix,
+    rotation_matrix,
+    wrap_angle,
+)
+
+_STEPS = 20  # a trial may take this many times the steps of the guesses
+STEPS_MOST = 10**6
+_FEWEST_STEPS = 1000
+
+
+class Evaluation(NamedTuple):
+    """The residuals (n,) of a point and, if it was requested, their derivatives (n, size)."""
+
+    residuals: Array
+    jacobian: Array
+
+
+class EndState(NamedTuple):
+    """The state at the end of a piece, q (4,) and m (3,), and its derivatives (6, size)."""
+
+    q: Array
+    m: Array
+    by: Array
+
+
+Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A series of a record, with its rows in the residuals.
+
+    record  the index of the record
+    series  the measurements
+    sigma   (n, width) standard deviations used in this fit
+    begin   the first row
+    """
+
+    record: int
+    series: Series
+    sigma: Array
+    begin: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.series.values), self.series.width
+
+    @property
+    def mask(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        return self.series.measured[:, : self.series.width]
+
+    @property
+    def at(self) -> slice:
+        return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
+
+    def select(self, residuals: Array) -> Array:
+        """Return the residuals (n, width) of the series."""
+        return residuals[self.at].reshape(self.shape)
+
+
+def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Rows, ...]:
+    """Return the rows of all series of the records, with one array of sigmas for each."""
+    made: list[Rows] = []
+    begin = 0
+    for i, record in enumerate(records):
+        for series in record.series:
+            rows = Rows(i, series, sigmas[len(made)], begin)
+            begin = rows.at.stop
+            made.append(rows)
+    return tuple(made)
+
+
+class ResidualModel:
+    """The residuals of records as functions of the parameters.
+
+    parameters   the free parameters
+    rows         the series and their places in the residuals
+    size         the number of residuals; rows that were not measured are zero
+    evaluations  the number of paths computed so far
+    end          the state at the time `end` of the last evaluated point, if `end` was given
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        records: Sequence[Record],
+        sigmas: Sequence[Array],
+        end: float | None = None,
+    ) -> None:
+        self.parameters, self.records = parameters, tuple(records)
+        self.rows = list_rows(records, sigmas)
+        self.size = self.rows[-1].at.stop
+        self.measured = np.concatenate([rows.mask.ravel() for rows in self.rows])
+        self.evaluations = 0
+        self.end: EndState | None = None
+        self._end_time = [] if end is None else [end]
+        times = np.concatenate([*(record.t for record in records), self._end_time])
+        self.span = max(float(np.ptp(times)), float(np.abs(times).max()), 1e-300)
+        self._unshifted = self._merge_times(times)
+        self._max_steps = 0
+        self._tangents = self._choose_tangents()
+
+    def natural_sizes(self, point: Point) -> Array:
+        return self.parameters.natural_sizes(point, self.span)
+
+    def move(self, point: Point, step: Array) -> Point:
+        return self.parameters.move(point, step)
+
+    def distances(self, point: Point) -> Array:
+        return self.parameters.distances(point)
+
+    def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
+        """Return the residuals at a point; infinite if no path can be computed there."""
+        try:
+            return self._evaluate(point, has_jacobian)
+        except (Error, ValueError, np.linalg.LinAlgError):
+            return Evaluation(
+                np.full(self.size, np.inf), np.zeros((self.size, self.parameters.size))
+            )
+
+    def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
+        times, where = self._shift_times(point)
+        scene = point.to_scene()
+        path, by_start = self._solve(scene, times, self._tangents if has_jacobian else ())
+        by = self._by_parameters(point, by_start) if has_jacobian else None
+        turned = rotation_matrix(point.axes)
+        if self._end_time:
+            last = int(where[-1][0])
+            self.end = EndState(
+                path[0][last], path[1][last], np.empty(0) if by is None else by[last]
+            )
+        body = point.moments, point.com, point.weight, point.damping, turned, point.rotor
+        residuals = np.zeros(self.size)
+        jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
+        for rows in self.rows:
+            at = where[rows.record]
+            states = States(path[0][at], path[1][at], *body)
+            builder = _RowBuilder(self.parameters, point, rows, states)
+            residuals[rows.at] = builder.residuals.ravel()
+            if by is not None:
+                jacobian[rows.at] = builder.differentiate(by[at]).reshape(-1, jacobian.shape[1])
+        return Evaluation(residuals, jacobian)
+
+    def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
+        """Return the distinct times, and the indices of the times of each record in them."""
+        distinct, inverse = np.unique(times, return_inverse=True)
+        ends = np.cumsum([len(record.t) for record in self.records])
+        return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
+
+    def _shift_times(self, point: Point) -> tuple[Array, list[Indices]]:
+        """Return the times of the motion at which the instruments measured."""
+        delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
+        if all(delay is None for delay in delays):
+            return self._unshifted
+        parts = [
+            r.t if d is None else r.t - d[0] for r, d in zip(self.records, delays, strict=True)
+        ]
+        return self._merge_times(np.concatenate([*parts, self._end_time]))
+
+    def _choose_tangents(self) -> tuple[str, ...]:
+        needs = {"start", *self.parameters.free}
+        needs |= {"com"} if "lever" in needs else set()
+        return tuple(name for name in TANGENTS if name in needs)
+
+    def _solve(
+        self, scene: Scene, t: Array, tangents: tuple[str, ...]
+    ) -> tuple[tuple[Array, Array], Array]:
+        """Return the states and tangents at increasing times, which may begin before the start."""
+        self.evaluations += 1
+        back = int(np.searchsorted(t, 0.0))
+        parts: list[Path] = []
+        for times in (t[:back][::-1], t[back:]):
+            if len(times) or not len(t):
+                parts.append(self._solve_side(scene, times, tangents))
+        if not self._max_steps or not tangents:
+            steps = max(path.stats.steps for path in parts)
+            self._max_steps = max(self._max_steps, _FEWEST_STEPS + _STEPS * steps)
+        orders = [slice(None, None, -1)] * (back > 0) + [slice(None)]
+        columns = [
+            [getattr(path, name)[order] for path, order in zip(parts, orders, strict=False)]
+            for name in ("q", "m", *(["tangents"] if tangents else []))
+        ]
+        q, m, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
+        return (q, m), by[0] if by else np.empty(0)
+
+    def _solve_side(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
+        """Return the path to times of one sign; a trial with tangents has a limit of steps."""
+        if not tangents:
+            return solve(scene, t, "taylor", max_steps=STEPS_MOST)
+        names = cast(TangentSpec, tangents)
+        return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
+
+    def _by_parameters(self, point: Point, tangents: Array) -> Array:
+        """Return the derivatives (n, 6, size) of (theta, m) by the parameters of the motion."""
+        p, places, begin = self.parameters, {}, 0
+        for name in self._tangents:
+            places[name] = slice(begin, begin + TANGENTS[name][1])
+            begin = places[name].stop
+        made = np.zeros((len(tangents), 6, p.size))
+        by_momentum = tangents[:, :, 3:6] @ rotation_matrix(point.attitude)
+        for name in p.free:
+            at = p.at(name)
+            if name == "attitude":
+                turned = by_momentum @ cross_matrix(point.momentum)
+                made[:, :, at] = tangents[:, :, :3] - turned
+            elif name == "velocity":
+                made[:, :, at] = by_momentum * point.moments
+            elif name == "moments":
+                whole = tangents[:, :, places[name]] + by_momentum * point.rate
+                made[:, :, at] = whole @ p.moments_by_step()
+            elif name == "lever":
+                made[:, :, at] = tangents[:, :, places["com"]] @ p.lever[:, None]
+            elif name == "damping":
+                made[:, :, at] = tangents[:, :, places[name]] @ p.damping
+            elif name != "axes":
+                made[:, :, at] = tangents[:, :, places[name]]
+        return made
+
+
+class _RowBuilder:
+    """The residuals of one series at one point, and their derivatives."""
+
+    def __init__(self, parameters: Parameters, point: Point, rows: Rows, states: States) -> None:
+        self.parameters, self.point, self.rows, self.states = parameters, point, rows, states
+        mounting = self._get("mounting")
+        turned = rotation_matrix(point.axes)
+        # the rotation from the principal axes to the instrument
+        self.view = turned if mounting is None else rotation_matrix(mounting).T @ turned
+        self.weight = np.where(rows.mask, 1.0 / rows.sigma, 0.0)
+        self.residuals = self.weight * (
+            self._compare_attitudes() if rows.series.is_attitude else self._compare_values()
+        )
+
+    def _get(self, name: str) -> Array | None:
+        label = "" if name in ("mounting", "delay") else self.rows.series.name
+        return self.point.instruments.get((name, self.rows.record, label))
+
+    def _at(self, name: str) -> slice | None:
+        label = "" if name in ("mounting", "delay") else self.rows.series.name
+        return self.parameters.slices.get((name, self.rows.record, label))
+
+    def _compare_attitudes(self) -> Array:
+        measured = multiply_quaternions(
+            self.rows.series.values, quaternion_of_matrix(self.view)[None]
+        )
+        back = conjugate_quaternions(self.states.q)
+        self.turned = logarithm(multiply_quaternions(back, measured))
+        return -self.turned
+
+    def _compare_values(self) -> Array:
+        series = self.rows.series
+        found = EVALUATIONS[series.quantity](self.states)
+        if series.quantity in SEEN_FROM_BODY:
+            found = self._view_from_instrument(found)
+        self.whole = found.values
+        self.found = found if series.part is None else _select_component(found, series.part)
+        values, scale, bias = self.found.values, self._get("scale"), self._get("bias")
+        values = values if scale is None else values * scale
+        change = values - series.values if bias is None else values + bias - series.values
+        return wrap_angle(change) if series.is_angle else change
+
+    def _view_from_instrument(self, found: Derivatives) -> Derivatives:
+        view = self.view
+        axes = -view @ cross_matrix(found.values)
+        state = view @ found.state
+        moments = None if found.moments is None else view @ found.moments
+        return Derivatives(found.values @ view.T, state, moments, None, None, axes)
+
+    def differentiate(self, by: Array) -> Array:
+        """Return the derivatives (n, width, size) from those of the states (n, 6, size)."""
+        if self.rows.series.is_attitude:
+            made = self._differentiate_attitudes(by)
+        else:
+            made = self._differentiate_values(by)
+        made *= self.weight[:, :, None]
+        return made
+
+    def _differentiate_attitudes(self, by: Array) -> Array:
+        p = self.parameters
+        left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
+        made: Array = left @ by[:, :3]
+        if p.has("axes"):
+            made[:, :, p.at("axes")] -= right
+        mounting, delay = self._at("mounting"), self._at("delay")
+        if mounting is not None:
+            made[:, :, mounting] += right @ self.view.T
+        if delay is not None:
+            made[:, :, delay] -= left @ self.states.flow()[:, :3, None]
+        return made
+
+    def _differentiate_values(self, by: Array) -> Array:
+        p, found = self.parameters, self.found
+        made: Array = found.state @ by
+        if found.moments is not None and p.has("moments"):
+            made[:, :, p.at("moments")] += found.moments @ p.moments_by_step()
+        if found.com is not None and p.has("com"):
+            made[:, :, p.at("com")] += found.com
+        if found.com is not None and p.has("lever"):
+            made[:, :, p.at("lever")] += found.com @ p.lever[:, None]
+        if found.axes is not None and p.has("axes"):
+            made[:, :, p.at("axes")] += found.axes
+        if found.weight is not None:
+            for name, other in (("gravity", self.point.mass), ("mass", self.point.gravity)):
+                if p.has(name):
+                    made[:, :, p.at(name)] += other * found.weight[:, :, None]
+        return self._differentiate_instrument(made)
+
+    def _differentiate_instrument(self, made: Array) -> Array:
+        found, part = self.found, self.rows.series.part
+        mounting, delay = self._at("mounting"), self._at("delay")
+        if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
+            turned = cross_matrix(self.whole)
+            made[:, :, mounting] += turned if part is None else turned[:, part : part + 1]
+        if delay is not None:
+            made[:, :, delay] -= found.state @ self.states.flow()[:, :, None]
+        scale, scales, bias = self._get("scale"), self._at("scale"), self._at("bias")
+        width = range(found.values.shape[1])
+        if scale is not None and scales is not None:
+            made *= scale[None, :, None]
+            made[:, width, range(scales.start, scales.stop)] += found.values
+        if bias is not None:
+            made[:, width, range(bias.start, bias.stop)] += 1.0
+        return made
+
+
+def _select_component(found: Derivatives, part: int) -> Derivatives:
+    at = slice(part, part + 1)
+    others = (None if field is None else field[:, at] for field in found[2:])
+    return Derivatives(found.values[:, at], found.state[:, at], *others)

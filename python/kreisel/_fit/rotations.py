@@ -1,0 +1,112 @@
+"""Rotations of many vectors at once: exponential, logarithm and their derivatives.
+
+Source: J. Sola, J. Deray and D. Atchuthan, A micro Lie theory for state estimation in robotics,
+2018 (arXiv:1812.01537).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._utils.validation import Array
+
+_SMALL = 1e-4  # smaller angles use the limit of the series [rad]
+
+
+def cross_matrix(v: Array) -> Array:
+    """Return the matrices (..., 3, 3) whose products with vectors w are v x w."""
+    made = np.zeros((*v.shape, 3))
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    made[..., 0, 1], made[..., 0, 2], made[..., 1, 2] = -z, y, -x
+    made[..., 1, 0], made[..., 2, 0], made[..., 2, 1] = z, -y, x
+    return made
+
+
+def multiply_quaternions(a: Array, b: Array) -> Array:
+    """Return the products a b of quaternions (..., 4)."""
+    aw, ax, ay, az = np.moveaxis(a, -1, 0)
+    bw, bx, by, bz = np.moveaxis(b, -1, 0)
+    parts = (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+    return np.stack(parts, axis=-1)
+
+
+def conjugate_quaternions(q: Array) -> Array:
+    """Return the conjugates of quaternions (..., 4)."""
+    made: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return made
+
+
+def normalize_quaternion(q: Array) -> Array:
+    made: Array = q / np.linalg.norm(q)
+    return made
+
+
+def exponential(v: Array) -> Array:
+    """Return the quaternions (..., 4) of rotation vectors (..., 3) [rad]."""
+    angle = np.sqrt((v * v).sum(axis=-1, keepdims=True))
+    return np.concatenate((np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v), axis=-1)
+
+
+def logarithm(q: Array) -> Array:
+    """Return the rotation vectors (..., 3) of unit quaternions, of length 0 .. pi [rad]."""
+    q = np.where(q[..., :1] < 0.0, -q, q)
+    sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
+    angle = 2.0 * np.arctan2(sine, q[..., :1])
+    factor: Array = np.where(sine > 1e-9, angle / np.where(sine > 0.0, sine, 1.0), 2.0)
+    return factor * q[..., 1:]
+
+
+def rotation_matrix(q: Array) -> Array:
+    """Return the matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    made = np.empty((*q.shape[:-1], 3, 3))
+    made[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    made[..., 1, 1] = 1.0 - 2.0 * (z * z + x * x)
+    made[..., 2, 2] = 1.0 - 2.0 * (x * x + y * y)
+    made[..., 0, 1], made[..., 1, 0] = 2.0 * (x * y - w * z), 2.0 * (x * y + w * z)
+    made[..., 0, 2], made[..., 2, 0] = 2.0 * (x * z + w * y), 2.0 * (x * z - w * y)
+    made[..., 1, 2], made[..., 2, 1] = 2.0 * (y * z - w * x), 2.0 * (y * z + w * x)
+    return made
+
+
+def quaternion_of_matrix(matrix: Array) -> Array:
+    """Return the unit quaternion of a rotation matrix (3, 3).
+
+    Source: I. Bar-Itzhack, J. Guid. Control Dyn. 23 (2000) 1085: the eigenvector of the largest
+    eigenvalue of a symmetric matrix, which is accurate for all angles.
+    """
+    m, k = matrix, np.zeros((4, 4))
+    k[0, 0] = np.trace(m)
+    k[0, 1:] = k[1:, 0] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+    k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
+    made: Array = np.linalg.eigh(k)[1][:, -1]
+    return made if made[0] >= 0.0 else -made
+
+
+def tilt_to(direction: Array) -> Array:
+    """Return the quaternion of the shortest rotation from e3 to a unit vector (3,)."""
+    x, y, z = direction
+    sine = float(np.hypot(x, y))
+    if not sine > 0.0:
+        return np.array([1.0, 0.0, 0.0, 0.0] if z > 0.0 else [0.0, 1.0, 0.0, 0.0])
+    return exponential(np.array([-y, x, 0.0]) * (np.arctan2(sine, z) / sine))
+
+
+def inverse_left_jacobian(v: Array) -> Array:
+    """Return the matrices L (..., 3, 3) with log(exp(d) exp(v)) = v + L d to first order."""
+    angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
+    k = cross_matrix(v)
+    safe = np.where(angle > _SMALL, angle, 1.0)
+    factor = 1.0 / safe**2 - 0.5 / (safe * np.tan(0.5 * safe))
+    made: Array = np.eye(3) - 0.5 * k + np.where(angle > _SMALL, factor, 1.0 / 12.0) * (k @ k)
+    return made
+
+
+def wrap_angle(angle: Array) -> Array:
+    """Return angles reduced to [-pi, pi) [rad]."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi

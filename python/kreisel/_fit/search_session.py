@@ -1,0 +1,354 @@
+"""The search for a fit: guesses, growing parts of the records, estimated noise, the best so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .._solve.solve import solve
+from .._utils.validation import Array
+from .initial_guess import Guess, guess_from_records
+from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
+from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
+from .noise import MEDIAN, initial_sigmas, update_sigmas
+from .parameters import Parameters, Point
+from .records import Record, slice_record
+from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
+
+_FTOL = 1e-10  # relative improvement of the cost that ends a search
+_ROUGH_FTOL = 1e-3  # the same for a part of the records
+_ROUGH_LIMIT = 12  # evaluations for a part of the records
+_AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
+_GROWTH = 1.4  # least factor from one part of the records to the next
+_PARTS_MOST = 40
+_UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
+_CHAOTIC = 28  # pieces from which errors grow more than a millionfold
+_FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
+_MEDIAN_WIDTH = 2.33  # standard deviation of chi2 from the median, times the root of its number
+_CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
+_ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
+_FAR = 100.0  # longest time before the first measurement, relative to the length of the records
+_ROUNDS = 6  # estimates of unknown standard deviations
+_SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
+_WINDOW = 25  # residuals over which a disagreement is averaged
+_INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells nothing
+
+
+class Solution(NamedTuple):
+    """The result of a search.
+
+    point      the parameters
+    residuals  (n,) of the records
+    jacobian   (m, k) of the residuals and of the gaps; its first columns are the parameters
+    natural    (k,) natural sizes of the columns
+    pieces     ((begin, point), ...) of a motion in pieces, or empty
+    """
+
+    point: Point
+    residuals: Array
+    jacobian: Array
+    natural: Array
+    cost: float
+    converged: bool
+    pieces: tuple[tuple[float, Point], ...] = ()
+
+
+class SubspaceModel:
+    """A model in which the parameters move only in the directions of a projection."""
+
+    def __init__(self, model: ResidualModel, allowed: Array) -> None:
+        self._model, self._allowed, self.evaluations = model, allowed, 0
+        self.size = model.size
+        self.natural_sizes, self.move = model.natural_sizes, model.move
+        self.distances = model.distances
+
+    def evaluate(self, point: Point) -> Evaluation:
+        before = self._model.evaluations
+        residuals, jacobian = self._model.evaluate(point)
+        self.evaluations += self._model.evaluations - before
+        self._model.evaluations = before  # the session counts the paths of parts separately
+        return Evaluation(residuals, jacobian @ self._allowed)
+
+
+class SearchSession:
+    """A search from one scene.
+
+    model  the residuals of all records
+    best   the best solution so far, or None
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        records: tuple[Record, ...],
+        loss: LossName,
+        limit: int,
+        progress: Callable[[int, float], object] | None,
+    ) -> None:
+        self.parameters, self.records, self.loss = parameters, records, loss
+        self.limit, self.progress = limit, progress
+        self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
+        self.model = ResidualModel(parameters, records, initial_sigmas(records))
+        self.best: Solution | None = None
+        self.evaluations = 0  # of parts and of pieces
+        self._end = max(float(np.abs(record.t).max()) for record in records)
+
+    @property
+    def dof(self) -> int:
+        return max(int(self.model.measured.sum()) - self.parameters.size, 1)
+
+    @property
+    def sigmas(self) -> list[Array]:
+        return [rows.sigma for rows in self.model.rows]
+
+    def solve_guess(self) -> None:
+        """Compute the motion of the scene; raise kreisel.Error if it fails."""
+        times = np.unique(np.concatenate([record.t for record in self.records]))
+        for t in (times[times < 0.0][::-1], times[times >= 0.0]):
+            solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
+
+    def check_records(self) -> None:
+        """Raise ValueError for too few numbers, and for records far from the start at t = 0."""
+        times = np.concatenate([record.t for record in self.records])
+        first, span = float(np.abs(times).min()), float(np.ptp(times))
+        if first > _FAR * span > 0.0:
+            raise ValueError(
+                f"the records begin at t = {first:g}, long after the start at t = 0, and last only "
+                f"{span:g}: subtract the first time from t"
+            )
+        count = sum(record.size for record in self.records)
+        if count < self.parameters.size:
+            raise ValueError(
+                f"the records have {count} numbers, fewer than the {self.parameters.size} free "
+                "parameters: measure more, or free less"
+            )
+
+    def run(self, pieces: int | None, has_data_guess: bool) -> None:
+        """Search the best solution."""
+        own = Guess(self.parameters.start, None)
+        is_single = pieces is None or pieces == 1
+        agreement, _ = self._find_agreement(own.point)
+        is_done = is_single and (agreement >= self._end or not has_data_guess)
+        if is_done:
+            self._search_from(own.point, agreement)
+        if not self._is_excellent() and (has_data_guess or not is_single):
+            found = guess_from_records(self.parameters, self.records)
+            found = found if has_data_guess else [one._replace(point=own.point) for one in found]
+            if pieces is None:
+                self._shoot(found, None, _CHAOTIC)
+            if is_single and not self._is_good():
+                self._search_until_excellent(found if is_done else [*found, own])
+            if pieces != 1 and not self._is_good():
+                self._shoot(found, pieces, _UNSTABLE if pieces is None else 2)
+        if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
+            self._split_chaotic(self.best.point)
+        self._refine()
+
+    def _split_chaotic(self, point: Point) -> None:
+        """Put the best motion in pieces if errors grow so much that first order says nothing."""
+        count = choose_pieces(point, self.records)
+        if count >= _CHAOTIC:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+            self._shoot_from(model, model.start_along(point), np.inf)
+
+    def _search_until_excellent(self, guesses: list[Guess]) -> None:
+        """Search from the guesses in the order of their agreement with the records."""
+        points = [(*self._find_agreement(p), p) for p in map(self._prepare, guesses)]
+        points.sort(key=lambda entry: (-entry[0], entry[1]))
+        for agreement, _, point in points:
+            if self._is_excellent():
+                return
+            self._search_from(point, agreement)
+
+    def _prepare(self, guess: Guess) -> Point:
+        """Return the point of a guess after a search in its allowed directions."""
+        if guess.allowed is None:
+            return guess.point
+        return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
+
+    def _measure_misfit(self) -> float:
+        """Return chi2 per degree of freedom, or for the soft loss its estimate from the median."""
+        if self.best is None:
+            return np.inf
+        if self.loss == "linear":
+            return self.best.cost / self.dof
+        own = np.abs(self.best.residuals[self.model.measured])
+        return float(MEDIAN * np.median(own)) ** 2
+
+    def _is_good(self) -> bool:
+        return self._measure_misfit() <= _FITS
+
+    def _is_excellent(self) -> bool:
+        """Return True if the residuals are as small as their noise."""
+        limit = _ROUGHLY
+        if self.is_sigma_known:
+            width = np.sqrt(2.0) if self.loss == "linear" else _MEDIAN_WIDTH / _CHANCE
+            limit = 1.0 + _CHANCE * width / np.sqrt(self.dof)
+        return bool(self._measure_misfit() <= limit)
+
+    def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
+        def report(found: Minimum) -> None:
+            self._keep(found, model)
+
+        return Search(self.loss, limit, ftol, report)
+
+    def _keep(self, found: Minimum, model: ResidualModel) -> None:
+        """Keep a minimum of the whole records if it is the best, and report the progress."""
+        self._tell(found.cost)
+        if self.best is None or found.cost <= self.best.cost:
+            point = found.point
+            assert isinstance(point, Point)
+            natural = model.natural_sizes(point)
+            self.best = Solution(point, *found.evaluation, natural, found.cost, found.converged)
+
+    def _tell(self, cost: float) -> None:
+        if self.progress is not None:
+            self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
+
+    def _search_from(self, point: Point, agreement: float) -> None:
+        """Search from a point, first on the parts of the records that begin with its agreement."""
+        point = self._extend(point, agreement)
+        settings = self._settings(_FTOL, self.model, self.limit)
+        found = minimize(self.model, point, settings)
+        if np.isfinite(found.cost):
+            self._keep(found, self.model)
+
+    def _extend(self, point: Point, agreement: float) -> Point:
+        """Return a point fitted to ever longer parts of the records."""
+        horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
+        least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
+        for _ in range(_PARTS_MOST):
+            horizon = max(agreement, _GROWTH * horizon, least)
+            if horizon >= self._end or self.model.evaluations >= self.limit:
+                break
+            part = self._cut_records(horizon)
+            if part is not None:
+                point = self._fit_part(part, point)
+            agreement, cost = self._find_agreement(point)
+            if not np.isfinite(cost):
+                break  # the motion takes too many steps, or leaves the range of doubles
+        return point
+
+    def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
+        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, lambda m: self._tell(m.cost))
+        found = minimize(part, point, settings)
+        self.evaluations += part.evaluations
+        assert isinstance(found.point, Point)
+        return found.point
+
+    def _cut_records(self, horizon: float) -> ResidualModel | None:
+        """Return the residuals of the records up to a time before and after the start."""
+        records, sigmas, own = [], [], iter(self.sigmas)
+        for record in self.records:
+            low = int(np.searchsorted(record.t, -horizon))
+            high = int(np.searchsorted(record.t, horizon, side="right"))
+            records.append(slice_record(record, low, high))
+            sigmas += [next(own)[low:high] for _ in record.series]
+        if sum(record.size for record in records) < self.parameters.size:
+            return None
+        return ResidualModel(self.parameters, records, sigmas)
+
+    def _find_agreement(self, point: Point) -> tuple[float, float]:
+        """Return the time up to which a motion agrees with the records, and its soft cost.
+
+        The time is at most that of the last measurement.
+        """
+        found = self.model.evaluate(point, has_jacobian=False)
+        if not np.isfinite(found.residuals).all():
+            return 0.0, np.inf
+        until = self._end
+        for rows in self.model.rows:
+            late = _find_disagreement(rows, found, np.abs(self.records[rows.record].t))
+            until = min(until, late)
+        return until, compute_cost(found.residuals, "soft")
+
+    def _shoot(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
+        """Search with the motion in at least `least` pieces; keep a clearly better result."""
+        for guess in guesses:
+            count = pieces or choose_pieces(guess.point, self.records)
+            if count < least or guess.motion is None:
+                continue
+            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+            begin = model.start(guess.point, guess.motion)
+            return self._shoot_from(model, begin, 0.5)
+
+    def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
+        """Search with the motion in pieces; keep a cost below `factor` times the one so far."""
+        before = self.best
+        self.best = None
+        found = shoot(model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit)
+        self.evaluations += model.evaluations
+        if np.isfinite(found.cost):
+            self._keep_pieces(found, model)
+        if before is not None and (self.best is None or self.best.cost > factor * before.cost):
+            self.best = before
+
+    def _keep_pieces(self, found: Minimum, model: ShootingModel) -> None:
+        self._tell(found.cost)
+        pieces = found.point
+        assert isinstance(pieces, Pieces)
+        residuals, jacobian = found.evaluation
+        self.best = Solution(
+            pieces.points[model.first],
+            residuals[: model.data_size],
+            jacobian,
+            model.natural_sizes(pieces),
+            found.cost,
+            found.converged,
+            tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
+        )
+
+    def _refine(self) -> None:
+        """Estimate the unknown standard deviations from the residuals, and search again."""
+        for k in range(0 if self.is_sigma_known else _ROUNDS):
+            if self.best is None or not self.best.converged:
+                return
+            sigmas = update_sigmas(self.model, self.best.residuals, self.loss)
+            pairs = zip(self.sigmas, sigmas, strict=True)
+            change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
+            if k and change < _SIGMA_RTOL:
+                return
+            self._use_sigmas(sigmas)
+
+    def _use_sigmas(self, sigmas: list[Array]) -> None:
+        best = self.best
+        assert best is not None
+        self.evaluations += self.model.evaluations
+        self.model = ResidualModel(self.parameters, self.records, sigmas)
+        self.best = None
+        if best.pieces:
+            model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
+            self._shoot_from(model, Pieces(tuple(point for _, point in best.pieces)), np.inf)
+        else:
+            self._search_from(best.point, self._end)
+
+    def check_sensitivity(self) -> None:
+        """Raise ValueError if a series does not change with any free parameter."""
+        assert self.best is not None
+        scaled = np.abs(self.best.jacobian * self.best.natural)
+        for rows in self.model.rows:
+            own = scaled[rows.at][rows.mask.ravel()]
+            scale = rows.series.spread / float(rows.sigma.mean())
+            if own.size and own.max() <= _INSENSITIVE * scale:
+                raise ValueError(
+                    f"{rows.series.name} does not depend on what is free "
+                    f"({', '.join(self.parameters.free)}): free more, or leave it out"
+                )
+
+
+def _find_disagreement(rows: Rows, found: Evaluation, t: Array) -> float:
+    """Return the first time at which the residuals of a series exceed a part of their spread."""
+    measured = rows.mask.any(axis=1)
+    if not measured.any():
+        return np.inf
+    scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)
+    relative = np.minimum(np.abs(rows.select(found.residuals) * rows.sigma / scale), 1.0)
+    error = (relative[measured] ** 2).mean(axis=1)
+    order = np.argsort(t[measured], kind="stable")
+    width = int(np.clip(len(error) // 50, 3, _WINDOW))
+    if len(error) > width:
+        error = np.convolve(error[order], np.full(width, 1.0 / width), "valid")
+    late = np.flatnonzero(np.sqrt(error) > _AGREE)
+    return float(t[measured][order][late[0]]) if late.size else np.inf

@@ -1,0 +1,124 @@
+"""Summaries of fits as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+
+class RecordSummary(Protocol):
+    """A record, of which the summary needs the number of missing values."""
+
+    @property
+    def missing(self) -> int: ...
+
+
+class FitValues(Protocol):
+    """The attributes of kreisel.Fit that its summary shows."""
+
+    @property
+    def records(self) -> Sequence[RecordSummary]: ...
+    @property
+    def names(self) -> Sequence[str]: ...
+    @property
+    def units(self) -> Sequence[str]: ...
+    @property
+    def values(self) -> dict[str, float]: ...
+    @property
+    def error(self) -> dict[str, float]: ...
+    @property
+    def moment_ratios(self) -> dict[str, tuple[float, float]]: ...
+    @property
+    def chi2(self) -> float: ...
+    @property
+    def dof(self) -> int: ...
+    @property
+    def residual_correlation(self) -> float: ...
+    @property
+    def inflation(self) -> float: ...
+    @property
+    def nonlinearity(self) -> float: ...
+    @property
+    def unidentified(self) -> Sequence[str]: ...
+    @property
+    def at_bound(self) -> Sequence[str]: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def piece_starts(self) -> Sequence[float]: ...
+
+
+_MISFIT = 100.0  # chi2 per degree of freedom from which the model is wrong
+_CORRELATED = 0.2  # correlation of neighbouring residuals that is mentioned
+_ENLARGED = 1.05  # inflation that is mentioned
+_NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentioned
+
+
+def format_summary(fit: FitValues) -> str:
+    """Return a row for each parameter, then sentences about the quality of the fit."""
+    head = (
+        f"Fit of {len(fit.names)} parameters to {fit.dof + len(fit.names)} numbers: "
+        f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
+    )
+    ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
+    width = max(map(len, [*fit.names, *ratios]))
+    rows = [
+        f"  {name:<{width}}  {format_value(fit.values[name], fit.error[name])}{_unit(unit)}"
+        for name, unit in zip(fit.names, fit.units, strict=True)
+    ]
+    rows += [f"  {name:<{width}}  {format_value(*pair)}" for name, pair in ratios.items()]
+    return "\n".join([head, *rows, *_list_sentences(fit)])
+
+
+def _unit(unit: str) -> str:
+    return f" [{unit}]" if unit else ""
+
+
+def format_value(value: float, error: float) -> str:
+    """Return a value and its error with the digits that the error leaves."""
+    if not math.isfinite(error):
+        return "not identified"
+    if not error > 0.0:
+        return f"{value:.12g} +- {error:.2g}"
+    size = max(abs(value), error)
+    digits = min(max(2 + math.floor(math.log10(size)) - math.floor(math.log10(error)), 2), 17)
+    return f"{value:#.{digits}g} +- {error:.2g}"
+
+
+def _list_sentences(fit: FitValues) -> list[str]:
+    made = [] if fit.converged else ["The search did not converge; this is the best so far."]
+    ratio = fit.chi2 / fit.dof
+    if ratio > _MISFIT:
+        made.append(
+            f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
+            "are of another top, or the search found no near motion."
+        )
+    made += [f"Not identified: {sentence}." for sentence in fit.unidentified]
+    made += [f"At a bound: {sentence}." for sentence in fit.at_bound]
+    if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
+        made.append(
+            f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): something "
+            "acts on the top that is not in the model."
+        )
+    if fit.inflation > _ENLARGED:
+        made.append(
+            f"Errors were enlarged {fit.inflation:.3g} times, because residuals are large or "
+            "correlated."
+        )
+    if fit.nonlinearity > _NONLINEAR:
+        made.append(
+            "Errors are not normal: along the least certain direction, one sigma changes chi2 by "
+            f"another amount than 1, off by {fit.nonlinearity:.2g}."
+        )
+    left_out = sum(record.missing for record in fit.records)
+    if left_out:
+        made.append(f"{left_out} values were not measured and left out.")
+    if fit.piece_starts:
+        made.append(
+            f"The motion is in {len(fit.piece_starts)} pieces whose ends meet: from the start "
+            "alone, errors would grow beyond the residuals."
+        )
+    return made

@@ -1,0 +1,115 @@
+"""Columns of tables: CSV files, data frames, and the quantities that columns belong to."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Array, as_array, short_repr
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_DELIMITERS = ",;\t"
+
+
+def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
+    """Read the columns of a CSV file; empty fields are NaN."""
+    name = os.fspath(file)
+    with open(name, encoding="utf-8-sig", newline="") as text:
+        head = text.readline()
+        delimiter = max(_DELIMITERS, key=head.count)
+        text.seek(0)
+        rows = [row for row in csv.reader(text, delimiter=delimiter) if any(map(str.strip, row))]
+    if len(rows) < 2:
+        raise ValueError(f"{name}: a line of names and a line of numbers are needed")
+    names = [word.strip() for word in rows[0]]
+    if len(set(names)) < len(names):
+        raise ValueError(f"{name}: two columns have the same name: {', '.join(names)}")
+    numbers = np.empty((len(rows) - 1, len(names)))
+    for i, row in enumerate(rows[1:]):
+        if len(row) != len(names):
+            raise ValueError(f"{name}: row {i + 1} has {len(row)} fields instead of {len(names)}")
+        numbers[i] = [_parse_field(name, i + 1, word) for word in row]
+    return {word: numbers[:, k] for k, word in enumerate(names)}
+
+
+def _parse_field(file: str, row: int, word: str) -> float:
+    try:
+        return float(word) if word.strip() else np.nan
+    except ValueError:
+        raise ValueError(f"{file}: row {row} has {short_repr(word)}, which is no number") from None
+
+
+def columns_of_frame(frame: DataFrame, t: str) -> dict[str, Array]:
+    """Return the columns of a data frame, and its index if the index is called `t`."""
+    if not hasattr(frame, "columns") or not hasattr(frame, "index"):
+        raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
+    table = {str(name): np.asarray(frame[name]) for name in frame.columns}
+    if t not in table and frame.index.name == t:
+        table[t] = np.asarray(frame.index)
+    return table
+
+
+def select_columns(
+    table: Mapping[str, Array],
+    columns: Mapping[str, str | Sequence[str]] | None,
+    t: str,
+    parts: Mapping[str, tuple[str, int]],
+) -> tuple[Array, dict[str, Array]]:
+    """Return the times and {quantity: values} of a table.
+
+    `parts` maps the name of each component to its quantity and its index.
+    """
+    _check_column("column of times", t, table)
+    if columns is None:
+        return table[t], _join_components({n: c for n, c in table.items() if n != t}, parts)
+    if not isinstance(columns, Mapping):
+        raise TypeError(
+            "columns must map quantities to names of columns, as in "
+            f"{{'spin': 'rpm'}}, not {short_repr(columns)}"
+        )
+    values = {}
+    for quantity, names in columns.items():
+        for name in [names] if isinstance(names, str) else names:
+            _check_column("column", name, table)
+        values[quantity] = (
+            table[names]
+            if isinstance(names, str)
+            else np.stack([as_array(name, table[name], "numbers") for name in names], axis=-1)
+        )
+    return table[t], values
+
+
+def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
+    if not isinstance(name, str):
+        raise TypeError(f"a {what} must have a name, not {short_repr(name)}")
+    if name not in table:
+        raise ValueError(unknown_name_message(what, name, table))
+
+
+def _join_components(
+    table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
+) -> dict[str, Array]:
+    """Return the columns, with the components of a quantity joined if all of them are there."""
+    for name in table:
+        if name not in parts:
+            hint = unknown_name_message("quantity in the name of a column:", name, parts)
+            raise ValueError(f"{hint}; or pass columns")
+    whole: dict[str, list[str]] = {}
+    for name, (quantity, _) in parts.items():
+        whole.setdefault(quantity, []).append(name)
+    values: dict[str, Array] = {}
+    for name, column in table.items():
+        quantity = parts[name][0]
+        names = whole[quantity]
+        if len(names) == 1 or not all(n in table for n in names) or len(names) == 9:
+            values[name] = column
+        elif quantity not in values:
+            values[quantity] = np.stack([table[n] for n in names], axis=-1)
+    return values

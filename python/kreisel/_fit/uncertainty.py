@@ -1,0 +1,155 @@
+"""Covariances of fitted parameters, and how far they can be trusted.
+
+The errors grow by the root of chi2 per degree of freedom where it is above chance, and by
+sqrt((1 + r) / (1 - r)) where neighbouring residuals have the correlation r.
+Sources: G. Box, G. Jenkins and G. Reinsel, Time Series Analysis, for correlated residuals;
+P. Huber and E. Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .._utils.validation import Array
+from .levenberg_marquardt import LossName
+from .parameters import Point
+from .residuals import ResidualModel, Rows
+
+_CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
+_RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
+_LOST = 0.1  # part of a parameter's change in blind directions that makes its error infinite
+_PRESENT = 1e-3  # part of a blind direction that lies in the parameters
+_CLIP = 3.0  # standard deviations at which residuals are cut off for their correlation
+_FEWEST = 6  # residuals that a correlation needs
+
+
+class ResidualStatistics(NamedTuple):
+    """The statistics of residuals in standard deviations.
+
+    chi2         the sum of squares; for the soft loss, of the residuals within 3 sigma
+    dof          the number of residuals minus the number of parameters
+    variance     variance of the errors relative to their sigma
+    correlation  of neighbouring residuals
+    inflation    factor of the standard deviations of the parameters
+    """
+
+    chi2: float
+    dof: int
+    variance: float
+    correlation: float
+    inflation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """The directions that the residuals determine, and the others, in natural units.
+
+    natural  (size,) the natural sizes of the parameters
+    factor   (size, k) whose product with its transpose is the covariance
+    blind    (size, l) unit vectors along the changes that no residual sees
+    """
+
+    natural: Array
+    factor: Array
+    blind: Array
+
+    def propagate(self, gradient: Array) -> tuple[Array, Array]:
+        """Return the covariance (k, k) of functions with gradients (k, size), and their errors.
+
+        The error is infinite if a function changes mainly in blind directions.
+        """
+        scaled = gradient * self.natural
+        along = scaled @ self.factor
+        lost = scaled @ self.blind
+        length = np.linalg.norm(scaled, axis=1)
+        covariance = along @ along.T + lost @ lost.T
+        errors = np.sqrt(np.diag(covariance))
+        is_lost = (np.linalg.norm(lost, axis=1) > _LOST * length) & (length > 0.0)
+        errors = np.where(is_lost, np.inf, errors)
+        covariance[is_lost, :] = covariance[:, is_lost] = np.nan
+        covariance[is_lost, is_lost] = np.inf
+        return covariance, errors
+
+    def draw(self, generator: np.random.Generator, n: int) -> Array:
+        """Return n random steps (n, size); their components in blind directions are zero."""
+        normal = generator.standard_normal((n, self.factor.shape[1]))
+        return normal @ self.factor.T * self.natural
+
+
+def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
+    """Return the spectrum of the first `size` parameters.
+
+    A direction is blind if one standard deviation along it exceeds the natural size.
+    """
+    triangle = np.linalg.qr(jacobian * natural, mode="r")
+    _, values, vectors = np.linalg.svd(triangle)
+    values = np.concatenate((values, np.zeros(len(natural) - len(values))))
+    is_seen = (values > inflation) & (values > _RANK * values[0])
+    factor = vectors[is_seen].T * (inflation / values[is_seen])
+    # Changes of further columns, the starts of later pieces, belong to blind changes of the first.
+    directions, lengths, _ = np.linalg.svd(vectors[~is_seen].T[:size], full_matrices=False)
+    return Spectrum(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
+
+
+def compute_statistics(
+    model: ResidualModel, residuals: Array, loss: LossName, is_sigma_known: bool
+) -> ResidualStatistics:
+    """Return the statistics of the residuals of a fit."""
+    own = residuals[model.measured]
+    dof = max(own.size - model.parameters.size, 1)
+    if loss == "linear":
+        chi2 = float(own @ own)
+        variance = chi2 / dof
+    else:
+        near = own[np.abs(own) <= _CLIP]
+        chi2 = float(near @ near)
+        influence = own / np.hypot(1.0, own)
+        slope = float(((1.0 + own**2) ** -1.5).mean())
+        variance = float(influence @ influence) / dof / slope**2
+    correlation = _correlate_neighbours(model.rows, residuals)
+    factor = variance
+    if correlation > _CHANCE / math.sqrt(own.size):
+        factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / own.size)
+    chance = 1.0 + _CHANCE * math.sqrt(2.0 / dof) if loss == "linear" else 1.0
+    if is_sigma_known and not factor > chance:
+        factor = 1.0
+    return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
+
+
+def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
+    """Return the mean correlation of neighbouring residuals of each component of each series."""
+    found = []
+    for one in rows:
+        values, measured = one.select(residuals), one.mask
+        for k in range(values.shape[1]):
+            column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
+            spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
+            if column.size >= _FEWEST and spread > 0.0:
+                centred = column - column.mean()
+                found.append(float(centred[1:] @ centred[:-1]) / spread)
+    return float(np.mean(found)) if found else 0.0
+
+
+def measure_nonlinearity(
+    model: ResidualModel, point: Point, residuals: Array, spectrum: Spectrum, inflation: float
+) -> float:
+    """Return the deviation from 1 of the rise of chi2 at one sigma, relative to a linear model.
+
+    The rise is that along the least certain direction, on its worse side. The inflation of the
+    errors enlarges one sigma.
+    """
+    if not spectrum.factor.size:
+        return 0.0
+    k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
+    step = spectrum.natural * spectrum.factor[:, k]
+    worst = 0.0
+    for sign in (1.0, -1.0):
+        there = model.evaluate(model.move(point, sign * step), has_jacobian=False).residuals
+        with np.errstate(invalid="ignore"):
+            rise = float(there @ there - residuals @ residuals)
+        worst = max(worst, abs(rise / inflation**2 - 1.0)) if np.isfinite(rise) else np.inf
+    return worst

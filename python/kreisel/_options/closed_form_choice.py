@@ -1,0 +1,112 @@
+"""The choice of the method 'auto' between a closed form on a torus and the Taylor series."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from .._core import torus_plan, values
+from .._model.scene import Scene
+from .._utils.validation import Array, as_finite_array
+from .methods import EXACT, TORUS_KINDS, explain_no_closed_form, methods
+from .times import TIMES_FORM
+
+_ROUNDING: Final = 2.0**-53
+_LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larger one
+_ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
+
+
+class _TorusForm(NamedTuple):
+    """A closed form, and the time that it takes in steps of the Taylor series.
+
+    They were chosen by validation/studies/set_up_times.py: of the random tops for which 'auto' uses
+    the closed form, about one in a hundred takes longer than with the series.
+
+    ratio   the ratio of each equal moment to the third one
+    set_up  the time of two set-ups, one for the choice and one for the run [steps]
+    state   the time of a state [steps]
+    """
+
+    ratio: float
+    set_up: float
+    state: float
+
+
+_FORMS: Final = {
+    "kowalewski": _TorusForm(ratio=2.0, set_up=2e3, state=0.5),
+    "goryachev_chaplygin": _TorusForm(ratio=4.0, set_up=6e4, state=20.0),
+}
+
+
+def prefers_closed_form(scene: Scene, t: object) -> bool:
+    """Return True if 'auto' uses the closed form of a Kowalewski or Goryachev-Chaplygin top.
+
+    `t` is the argument of kreisel.solve. Raises TypeError or ValueError if it contains no times.
+    """
+    if _is_short(scene, t):
+        return False
+    return explain_series(scene, as_finite_array("t", t, TIMES_FORM)) is None
+
+
+def _is_short(scene: Scene, t: object) -> bool:
+    """Return True if the last time of `t` is certainly too early for the closed form.
+
+    This check takes far less time than a short solve, unlike the validation of `t`.
+    """
+    last = t
+    if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
+        last = t[-1]
+    form = _FORMS[scene.body.kind]
+    # The angular velocity is at most `ratio` times the rate.
+    most_steps = (0.5 * form.ratio + 1.0) * scene._rate_bound
+    return isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up
+
+
+def explain_series(scene: Scene, times: Array | None) -> str | None:
+    """Return why 'auto' integrates a Kowalewski or a Goryachev-Chaplygin top.
+
+    Returns None if 'auto' uses the closed form. It does so if the closed form is at least as
+    accurate as the Taylor series at all `times`, and takes no more time. The answer depends on the
+    arguments alone, not on the speed of this machine. `times` is None if they are not known.
+    """
+    top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
+    if scene._is_damped or not methods[EXACT].suits(scene):
+        return explain_no_closed_form(scene)
+    if _misses_ratio(scene, form.ratio):
+        return f"the closed form of a {top} top would neglect rounding errors of this scene"
+    if times is None:
+        return f"'auto' integrates {top} tops in runs, streams, ensembles and without times"
+    steps = _estimate_steps(scene, float(np.abs(times).max(initial=0.0)))
+    cost = form.set_up + form.state * times.size
+    if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
+        return (
+            f"the closed form of a {top} top takes as long as {cost:.2g} steps of the series, "
+            f"and about {steps:.2g} suffice"
+        )
+    allowed = min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
+    status, refusal = torus_plan(scene._block, allowed)[:2]
+    return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
+
+
+def _misses_ratio(scene: Scene, ratio: float) -> bool:
+    """Return True if the closed form has a `mismatch`, which makes its error grow with time."""
+    moments, com = scene.body.moments, scene.body.principal_com
+    odd = moments.index(min(moments))
+    pair = ratio * moments[odd]
+    is_exact = all(moment in (pair, moments[odd]) for moment in moments) and com[odd] == 0.0
+    is_level = scene.body.kind == "kowalewski" or scene.momentum[2] == 0.0
+    return not (is_exact and is_level)
+
+
+def _estimate_steps(scene: Scene, end: float) -> float:
+    """Return an estimate of the number of steps of the Taylor series to the time `end`.
+
+    The steps are proportional to the angular velocity or, for slow tops, to the rate of a pendulum.
+    The number for random tops is between 0.8 and 4 times the estimate.
+    """
+    body = scene.body
+    velocity = math.hypot(*values("velocity", scene._block, scene._start).ravel())
+    torque = body.mass * abs(scene.gravity) * math.hypot(*body.com)
+    return end * (0.5 * velocity + math.sqrt(torque / max(body.moments)))

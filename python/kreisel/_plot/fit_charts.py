@@ -1,0 +1,64 @@
+"""Charts of fits: the measurements with the fitted motion, and the residuals below them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
+from .charts import Picture
+from .solids import BLUE, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.figure import Figure
+
+_COLOURS = (BLUE, ORANGE, "#5a9e6f")
+_WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
+
+
+class Panel(Protocol):
+    """The measurements of one quantity and its residuals.
+
+    values and residuals have the shape (n, k), and are NaN where nothing was measured. sigma
+    broadcasts to it.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def values(self) -> Array: ...
+    @property
+    def residuals(self) -> Array: ...
+    @property
+    def sigma(self) -> Array: ...
+
+
+def plot_panels(panels: list[Panel]) -> Picture:
+    """Draw two charts for each panel: measurements with the motion, and residuals in sigmas."""
+    figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
+    axes: list[Axes] = []
+    grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))
+    for (upper, lower), panel in zip(grid.T, panels, strict=True):
+        for k in range(panel.residuals.shape[1]):
+            colour = _COLOURS[k % len(_COLOURS)]
+            lower.plot(panel.t, panel.residuals[:, k], ".", ms=3, color=colour)
+            if k < panel.values.shape[1]:
+                upper.plot(panel.t, panel.values[:, k], ".", ms=3, color=colour)
+        if panel.values.shape == panel.residuals.shape:
+            fitted = panel.values + panel.residuals * panel.sigma
+            for k in range(fitted.shape[1]):
+                whole = np.isfinite(fitted[:, k])
+                upper.plot(panel.t[whole], fitted[whole, k], color="black", lw=0.8)
+        upper.set_title(panel.name)
+        lower.axhline(0.0, color="black", lw=0.8)
+        lower.set_xlabel("t")
+        lower.set_ylabel("residual [sigma]")
+        axes += [upper, lower]
+    return Picture(axes)

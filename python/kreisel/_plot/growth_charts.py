@@ -1,0 +1,127 @@
+"""Charts of indicators of chaos: curves over time, and maps of two parameters."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .._model.scene import Ensemble
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
+from .panels import CLASSES, apply_style, new_axes, time_label, unit_label
+from .solids import FAINT, check_axes
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.axes import Axes
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+_NAMES = {"lyapunov": ("largest exponent", "T^-1"), "megno": ("MEGNO", ""), "oli": ("OLI", "")}
+_LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarithmic scale
+_CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
+
+
+class Verdicts(Protocol):
+    """An indicator of chaos with the verdicts of its tops."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def curve(self) -> Array: ...
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def is_chaotic(self) -> npt.NDArray[np.bool_] | bool: ...
+    @property
+    def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
+
+
+def classify(indicator: Verdicts) -> npt.NDArray[np.int8]:
+    """Return for each top the index of its class in CLASSES, as an array (n,)."""
+    found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
+    found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
+    return found
+
+
+def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
+    """Draw the curve of each top over time, in the colour of its class."""
+    chart = new_axes() if axes is None else check_axes(axes)
+    curves = indicator.curve.reshape(-1, indicator.t.size)
+    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify(indicator)
+    visible = np.where(curves > lowest, curves, np.nan)
+    marker = "o" if indicator.t.size == 1 else ""
+    for k in np.unique(classes):
+        chart.plot(
+            np.abs(indicator.t), visible[classes == k].T, color=CLASSES[k][1], marker=marker,
+            linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
+            alpha=max(0.15, min(1.0, 20.0 / len(curves))),
+        )  # fmt: skip
+    marks = _explain_classes(classes)
+    if indicator.name == "megno":
+        chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
+        marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
+    chart.legend(handles=marks, fontsize=8, frameon=False)
+    chart.set(xscale="log", yscale="log")
+    chart.set(xlabel=time_label(unit), ylabel=unit_label(*_NAMES[indicator.name], unit))
+    if indicator.t[-1] < 0.0:
+        chart.set_xlabel(f"{time_label(unit)}, back from the start")
+    apply_style(chart)
+    return chart
+
+
+def _explain_classes(classes: npt.NDArray[np.int8]) -> list[Line2D]:
+    """Return the entries of a legend for the classes that occur."""
+    found, counts = np.unique(classes, return_counts=True)
+    marks = []
+    for k, n in zip(found, counts, strict=True):
+        name, colour = CLASSES[k]
+        label = name if len(classes) == 1 else f"{name} ({n})"
+        marks.append(Line2D([], [], color=colour, linewidth=2.0, label=label))
+    return marks
+
+
+def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
+    """Draw the values at the last time over two parameters, with a dot at each doubtful top."""
+    chart = new_axes() if axes is None else check_axes(axes)
+    values = indicator.curve[..., -1]
+    (up_name, up), (along_name, along) = (_coordinate(tops, d) for d in (0, 1))
+    scale: Normalize = Normalize()
+    if indicator.name != "lyapunov":
+        seen = np.where(values > 1.0, values, np.nan)
+        largest = float(np.nanmax(seen)) if np.isfinite(seen).any() else 1.0
+        scale = LogNorm(1.0, max(largest, 10.0))
+        values = np.where(np.isnan(values), np.nan, np.maximum(values, 1.0))
+    field = chart.pcolormesh(along, up, values, cmap="cividis", norm=scale, rasterized=True)
+    doubtful = np.asarray(indicator.is_doubtful)
+    if doubtful.any():
+        rows, columns = np.nonzero(doubtful)
+        chart.plot(
+            along[columns], up[rows], ".", color="white", markersize=1.5,
+            markeredgewidth=0.0,
+        )  # fmt: skip
+        chart.set_title("dots: verdict in doubt", fontsize=9)
+    chart.set(xlabel=along_name, ylabel=up_name)
+    apply_style(chart)
+    chart.grid(visible=False)
+    figure = chart.get_figure()
+    assert isinstance(figure, Figure)
+    end = f"t = {indicator.t[-1]:g}"
+    figure.colorbar(field, ax=chart, label=f"{unit_label(*_NAMES[indicator.name], unit)}, {end}")
+    return chart
+
+
+def _coordinate(tops: Ensemble, dimension: int) -> tuple[str, Array]:
+    """Return the name of a dimension and its values, or indices if there is no monotonic value."""
+    name, n = tops.axes[dimension], tops.shape[dimension]
+    values: Any = tops.coords.get(name)
+    if values is not None and np.size(values) == n:
+        flat = np.ravel(values).astype(np.float64)
+        steps = np.diff(flat)
+        if (steps > 0.0).all() or (steps < 0.0).all():
+            return name.replace("_", " "), flat
+    return name.replace("_", " "), np.arange(n, dtype=np.float64)

@@ -1,0 +1,54 @@
+"""Parts that all charts share: new axes, their style and their colours."""
+
+from __future__ import annotations
+
+from .._utils.optional import optional_dependency
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+# Classes of tops and their colours, which deuteranopes tell apart by hue and by lightness.
+CLASSES = (("regular", "#1f5fb5"), ("chaotic", "#f0810f"), ("in doubt", "#a0a0a0"))
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def new_axes(width: float = 6.0, height: float = 4.0) -> Axes:
+    """Return axes in a new figure of this size [in]."""
+    return Figure(figsize=(width, height), layout="constrained").add_subplot()
+
+
+def apply_style(chart: Axes) -> None:
+    """Set grid, frame, ticks and sizes of text of a chart."""
+    chart.grid(True, alpha=0.25, linewidth=0.6)
+    chart.spines[["top", "right"]].set_visible(False)
+    chart.tick_params(labelsize=8, length=3)
+    chart.tick_params(which="minor", labelsize=7)
+    if chart.get_yscale() != "log":
+        chart.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    if chart.get_xscale() != "log":
+        chart.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    chart.xaxis.label.set_fontsize(9)
+    chart.yaxis.label.set_fontsize(9)
+    chart.margins(x=0.01)
+
+
+def unit_label(name: str, dimension: str, time_unit: str) -> str:
+    """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
+
+    The letter T of the dimension is replaced by the unit of time.
+    """
+    if not dimension:
+        return name
+    parts = [
+        base.replace("T", time_unit) + power.translate(_SUPERSCRIPTS)
+        for base, _, power in (factor.partition("^") for factor in dimension.split())
+    ]
+    return f"{name} [{' '.join(parts)}]"
+
+
+def time_label(unit: str) -> str:
+    """Return the label of an axis of time."""
+    return unit_label("time", "T", unit)

@@ -1,0 +1,74 @@
+"""A chart of the lines in the spectrum of a motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
+from .panels import apply_style, new_axes, unit_label
+from .solids import BLUE, ORANGE, check_axes
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.axes import Axes
+
+_NEAR = 1e-3  # largest difference of a line from a multiple, relative to the frequency of nutation
+_DECADES = 0.5  # empty part of the scale below the weakest and above the strongest line
+
+
+class Lines(Protocol):
+    """The frequencies of a motion, and the lines of its spectrum."""
+
+    @property
+    def precession(self) -> float: ...
+    @property
+    def nutation(self) -> float: ...
+    @property
+    def lines(self) -> Array: ...
+    @property
+    def amplitudes(self) -> npt.NDArray[np.complex128]: ...
+    @property
+    def rest(self) -> float: ...
+
+
+def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
+    """Draw the amplitude of each line over its frequency, and return the axes."""
+    chart = new_axes(6.4, 3.4) if axes is None else check_axes(axes)
+    strengths = np.abs(spectrum.amplitudes)
+    found = strengths > 0.0
+    lines, strengths = spectrum.lines[found], strengths[found]
+    chart.set(
+        xlabel=unit_label("angular frequency", "T^-1", unit),
+        ylabel="amplitude of the apex",
+        yscale="log",
+    )
+    if len(lines):
+        floor = 10.0 ** (math.floor(np.log10(strengths.min()) - _DECADES))
+        chart.vlines(lines, floor, strengths, color=BLUE, linewidth=1.4)
+        chart.plot(lines, strengths, "o", color=BLUE, markersize=4)
+        chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
+    if math.isfinite(spectrum.precession):
+        chart.axvline(spectrum.precession, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
+        _name_lines(chart, spectrum, lines, strengths)
+    about = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
+    if math.isfinite(spectrum.precession):
+        about += "; dashed: mean precession"
+    chart.set_title(about, fontsize=9)
+    apply_style(chart)
+    chart.margins(x=0.06)
+    return chart
+
+
+def _name_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
+    """Write at each line the multiple of the nutation that it differs from the precession."""
+    style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
+    if spectrum.nutation > 0.0:
+        multiples = (lines - spectrum.precession) / spectrum.nutation
+        for line, strength, k in zip(lines, strengths, multiples, strict=True):
+            if abs(k - round(k)) < _NEAR:
+                chart.annotate(f"{round(k):+d}" if round(k) else "0", (line, strength),
+                               xytext=(0, 4), **style)  # fmt: skip

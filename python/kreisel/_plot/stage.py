@@ -1,0 +1,117 @@
+"""The surroundings of a moving body: a floor, the sphere of its apex, a stand and a soft shadow.
+
+The colours are those of the interactive viewer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
+from .solids import FAINT, project
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection, PathCollection
+    from matplotlib.colors import to_rgba
+    from matplotlib.path import Path as Outline
+
+GRID, SHADOW, STAND, STEEL = "#808894", "#0c1018", "#9a9389", "#aab2bd"
+_RADIUS = 1.5  # of the floor, which fades out
+_RINGS, _SPOKES = 6, 24
+_STRENGTH = 0.3  # opacity of the shadow
+_LAMP = np.array((-0.25, -0.3))  # horizontal parts of the direction to the lamp, for height 1
+_WIDTH = 0.05  # radius of the lamp, for height 1
+_POINTS = 7  # of the lamp; each casts a shadow of its own
+_MARGIN = 1.08  # half width of the picture
+
+
+def draw_stage(axes: Axes, floor: float) -> None:
+    """Draw all that does not move, with the floor at the height `floor`."""
+    _set_limits(axes, floor)
+    _draw_floor(axes, floor)
+    _draw_dome(axes, floor)
+    _draw_stand(axes, floor)
+
+
+def _set_limits(axes: Axes, floor: float) -> None:
+    """Set the limits of a square picture that contains the sphere and the floor at this height."""
+    _, y, _ = project(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
+    low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
+    middle = 0.5 * (low + float(y[1]))
+    axes.set(xlim=(-_MARGIN, _MARGIN), ylim=(middle - _MARGIN, middle + _MARGIN))
+    axes.set_autoscale_on(False)
+
+
+def _draw_floor(axes: Axes, height: float) -> None:
+    """Draw circles and spokes on the floor, which fade out with their distance."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 121)
+    out = np.linspace(0.0, _RADIUS, 31)
+    lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
+    lines += list(_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
+    pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
+    colours = np.tile(to_rgba(GRID), (len(pieces), 1))
+    colours[:, 3] = 0.35 * np.clip(1.0 - far, 0.0, 1.0) ** 0.5
+    seen = _lift(pieces, height)
+    axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
+
+
+def _draw_dome(axes: Axes, floor: float) -> None:
+    """Draw the outline of the unit sphere above the floor, and the circle in which they meet."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    x, y = _directions(turn).T
+    height = y * np.cos(np.radians(20.0))  # of the points of the outline
+    axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
+    if floor > -1.0:
+        rim = _lift((1.0 - floor * floor) ** 0.5 * _directions(turn), floor)
+        axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
+    base, tip = (tuple(_lift(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
+    axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
+
+
+def _draw_stand(axes: Axes, floor: float) -> None:
+    """Draw the fixed point, and a needle below it if it is above the floor."""
+    axes.plot(*np.stack([_lift(np.zeros(2), z) for z in (0.0, floor)]).T,
+              color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
+    axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
+
+
+def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
+    """Draw the shadow of the faces `corners` (n, 4, 3) on the floor.
+
+    A wide lamp casts the shadow. It is sharp near the floor and soft farther up.
+    """
+    above = corners[..., 2:] - floor
+    outlines = []
+    for k in range(_POINTS):  # the points of the lamp lie on a spiral
+        out, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
+        lamp = _LAMP + out * np.array((np.cos(turn), np.sin(turn)))
+        outlines.append(_outline(_lift(corners[..., :2] - above * lamp, floor)))
+    opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
+    shadow = PathCollection(
+        outlines, facecolors=[to_rgba(SHADOW, opacity)], linewidths=0.0, zorder=0.4
+    )
+    axes.add_collection(shadow)
+    return shadow
+
+
+def _outline(faces: Array) -> Outline:
+    """Return faces (n, 4, 2) as one path, whose filled area is the union of the faces."""
+    x, y = np.moveaxis(faces, -1, 0)
+    area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
+    faces = faces[area > 0.0]  # faces away from the lamp cover the same area
+    corners = np.concatenate([faces, faces[:, :1]], axis=1).reshape(-1, 2)
+    codes = np.tile([Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY], len(faces))
+    return Outline(corners, codes.astype(np.uint8))
+
+
+def _directions(angle: Array) -> Array:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _lift(places: Array, height: float) -> Array:
+    """Return the projections (..., 2) of places (..., 2) on a horizontal plane."""
+    lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
+    return np.stack(project(lifted)[:2], axis=-1)

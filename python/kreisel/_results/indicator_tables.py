@@ -1,0 +1,84 @@
+"""Tables of an indicator of chaos with its verdicts, for pandas and xarray."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from .._model.scene import Ensemble
+from .._options.quantities import TIME
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
+from .ensemble_tables import Variable, broadcast_to_tops, parameter_variables
+from .tables import TABLES
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+
+class Verdicts(Protocol):
+    """An indicator of chaos with the verdicts of its tops."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def curve(self) -> Array: ...
+    @property
+    def value(self) -> Array | float: ...
+    @property
+    def threshold(self) -> float: ...
+
+
+_UNITS = {"lyapunov": "T^-1", "megno": "", "oli": ""}
+_TEXTS = {
+    "final_megno": "MEGNO at the last time",
+    "is_chaotic": "True if MEGNO at the last time exceeds the threshold",
+    "doubt": "the reason why the verdict is in doubt, or empty",
+    "certificate": "estimate of the largest relative error of the tangent",
+    "turns": "the last time in slow turns of the top",
+    "status": "OK, or the name of the failure",
+}
+
+
+def indicator_frame(indicator: Verdicts, tops: Ensemble | None) -> DataFrame:
+    """Return a DataFrame with one row per top."""
+    with optional_dependency(TABLES):
+        import pandas as pd
+    columns: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    if tops is not None:
+        for name, (dims, values, about) in parameter_variables(tops).items():
+            columns[name] = broadcast_to_tops(tops, dims, values)
+            units[name] = str(about["units"])
+    columns[indicator.name] = np.atleast_1d(indicator.value).ravel()
+    for name in _TEXTS:
+        columns[name] = np.ravel(getattr(indicator, name))
+    units |= {indicator.name: _UNITS[indicator.name], **dict.fromkeys(_TEXTS, "")}
+    frame = pd.DataFrame(columns)
+    frame.attrs = _attributes(indicator) | {"t": float(indicator.t[-1]), "units": units}
+    return frame
+
+
+def indicator_dataset(indicator: Verdicts, tops: Ensemble | None) -> Dataset:
+    """Return a Dataset with the curve of each top along time, and the verdicts."""
+    with optional_dependency(TABLES):
+        import xarray as xr
+    axes = () if tops is None else tops.axes
+    variables: dict[str, Variable] = {} if tops is None else parameter_variables(tops)
+    coordinates = set(variables) | {"time"}
+    about: dict[str, object] = {"units": TIME.dimension, "long_name": TIME.text}
+    variables["time"] = ("time",), np.array(indicator.t), about
+    own: dict[str, object] = {"units": _UNITS[indicator.name], "long_name": indicator.name}
+    variables[indicator.name] = (*axes, "time"), np.array(indicator.curve), own
+    for name, text in _TEXTS.items():
+        about = {"units": "", "long_name": text}
+        variables[name] = axes, np.array(getattr(indicator, name)), about
+    return xr.Dataset(variables, attrs=_attributes(indicator)).set_coords(coordinates)
+
+
+def _attributes(indicator: Verdicts) -> dict[str, object]:
+    return {"indicator": indicator.name, "threshold": indicator.threshold}

@@ -1,0 +1,79 @@
+"""The actions of a top whose motion is on a torus.
+
+Let m be the angular momentum, and let R turn the body's axes into space. The action of a closed
+loop on the torus is the integral of the one-form <m, dR R^T> along the loop, divided by 2 pi. All
+loops that can be deformed into each other on the torus have the same action, so each loop is one
+along which one angle of the torus makes a turn. The integrand is periodic and analytic. The
+trapezoidal rule therefore converges exponentially.
+
+The attitude of a Goryachev-Chaplygin top does not return at the end of such a loop, because its
+heading is not a function of the two angles. The one-form does not depend on the heading if <m, e3>
+is zero. The axes of space are therefore replaced by m/|m|, e3 x m/|m| and e3.
+
+Source: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 50.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from .._utils.validation import Array
+from ..quaternion import turn
+
+_FEWEST, _MOST = 64, 16384  # numbers of states on a loop, doubled until the action settles
+_SETTLED = 1e-13  # allowed change of an action, relative to the mean modulus of its integrand
+_ASIDE = 0.1  # value of the other angle on a loop [turns]; no motion is special there
+_AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
+    """Compute the action of a loop along which the angle with the index `angle` makes a turn.
+
+    `states_at` returns the states, as rows, at rows of two angles [turns]. `is_level` is True if
+    <m, e3> is zero and the heading is arbitrary. Raises ValueError if the trapezoidal rule does not
+    converge.
+    """
+    n, last = _FEWEST, np.inf
+    while n <= _MOST:
+        turns = np.full((n, 2), _ASIDE)
+        turns[:, angle] = np.arange(n) / n
+        action, size = _integrate_one_form(states_at(turns), is_level)
+        if abs(action - last) <= _SETTLED * size:
+            return action
+        n, last = 2 * n, action
+    raise ValueError(
+        "the actions of this motion are not known, because it is too near to a separatrix: "
+        f"{_MOST} states on a loop of the torus are not enough"
+    )
+
+
+def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
+    """Return the action of a loop of states, and the mean modulus of the integrand.
+
+    With the columns e_j of R, <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative with
+    respect to the angle is that of the interpolating trigonometric polynomial.
+    """
+    w, x, y, z = states[:, 1:5].T
+    momentum = states[:, 5:8]
+    columns = np.array([turn((w, x, y, z), axis) for axis in _AXES]).transpose(0, 2, 1)
+    if is_level:
+        columns, momentum = _remove_heading(columns, momentum)
+    n = len(states)
+    order = np.fft.rfftfreq(n, 1.0 / n)
+    order[-1] = 0.0  # the derivative of the highest cosine is zero at all states
+    change = np.fft.irfft(1j * order[:, None] * np.fft.rfft(columns, axis=1), n, axis=1)
+    integrand = 0.5 * (np.cross(momentum, columns) * change).sum(axis=(0, 2))
+    return float(integrand.mean()), float(np.abs(integrand).mean())
+
+
+def _remove_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
+    """Return the components of vectors along m/|m|, e3 x m/|m| and e3, for a horizontal m."""
+    size = np.hypot(momentum[:, 0], momentum[:, 1])
+    c, s = momentum[:, 0] / size, momentum[:, 1] / size
+    x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]
+    along = np.zeros_like(momentum)
+    along[:, 0] = size
+    return np.stack([c * x + s * y, c * y - s * x, z], axis=-1), along

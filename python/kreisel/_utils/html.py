@@ -1,0 +1,57 @@
+"""HTML of results, which notebooks display."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from io import BytesIO
+from typing import Any, Protocol
+
+_LEFT = ' style="text-align: left"'
+
+
+def format_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
+    """Return a table of texts; markup in the texts is escaped."""
+    lines = [_format_row("th", head)] if head else []
+    lines += [_format_row("td", row) for row in rows]
+    return "<table>\n" + "\n".join(lines) + "\n</table>"
+
+
+def _format_row(tag: str, cells: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<{tag}{_LEFT}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+
+class FigureLike(Protocol):
+    """A figure of matplotlib."""
+
+    def savefig(self, fname: Any, *, format: str, dpi: float) -> None: ...
+
+
+class AxesLike(Protocol):
+    """Axes of matplotlib in a figure."""
+
+    def get_figure(self) -> Any: ...
+
+
+def render_png(figure: FigureLike) -> bytes:
+    """Return a figure as PNG."""
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=120)
+    return file.getvalue()
+
+
+def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
+    """Return the figure of the axes that `draw` returns, below its description.
+
+    Returns None if matplotlib is not installed. A notebook then displays the repr.
+    """
+    try:
+        figure = draw().get_figure()
+    except ModuleNotFoundError:
+        return None
+    data = b64encode(render_png(figure)).decode()
+    return (
+        f"<p><code>{escape(text)}</code></p>\n"
+        f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
+    )

@@ -1,0 +1,67 @@
+"""Scenes with one number changed, and their motions with 30 digits, for differences."""
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+from kreisel._core import record
+
+# The places of the numbers of a parameter among the 27 doubles of a scene in the core.
+PLACES = {
+    "moments": (1, 2, 3),
+    "com": (4, 5, 6),
+    "gravity": (15,),
+    "mass": (0,),
+    "damping": (24, 25, 26),
+}
+ATTITUDE, MOMENTUM = slice(17, 21), slice(21, 24)
+
+
+def list_columns():
+    """Return the columns of all tangents, in the core's order, as pairs (name, component)."""
+    start = [("start", i) for i in range(6)]
+    return start + [(name, i) for name, places in PLACES.items() for i in range(len(places))]
+
+
+def change_number(scene, name, component, by):
+    """Return the bytes of `scene` with a number changed, and the low words of its start."""
+    numbers = np.frombuffer(scene._block, dtype=float).copy()
+    low = np.zeros(8)
+    if name != "start":
+        numbers[PLACES[name][component]] += by
+    elif component >= 3:
+        numbers[MOMENTUM][component - 3] += by
+    else:
+        numbers[ATTITUDE], low[1:5] = turn_attitude(numbers[ATTITUDE], component, by)
+    return numbers.tobytes(), low
+
+
+def turn_attitude(q, axis, angle):
+    """Return the attitude `q` turned in the body, as the high and the low words.
+
+    The angle is that of the rational rotation 1 + angle/2 e, up to its cube.
+    """
+    with localcontext() as context:
+        context.prec = 50
+        half = [Decimal(0)] * 3
+        half[axis] = Decimal(angle) / 2
+        w, *v = (Decimal(float(x)) for x in q)
+        x, y, z = half
+        product = [
+            w - v[0] * x - v[1] * y - v[2] * z,
+            v[0] + w * x + v[1] * z - v[2] * y,
+            v[1] + w * y + v[2] * x - v[0] * z,
+            v[2] + w * z + v[0] * y - v[1] * x,
+        ]
+        length = sum(c * c for c in product).sqrt()
+        high = [float(c / length) for c in product]
+        low = [float(c / length - Decimal(h)) for c, h in zip(product, high, strict=True)]
+    return high, low
+
+
+def states_of(block, low, times):
+    """Return the states (n, 8) of a scene at `times`, and their low words, with 30 digits."""
+    status, states, rest, *_ = record(
+        block, "taylor", 0.0, 0.0, 30, 0, False, np.array(times), low=low if low.any() else None
+    )
+    assert status == "OK"
+    return states[-len(times) :], rest[-len(times) :]

@@ -1,0 +1,128 @@
+"""Verdicts on chaos: known regular and chaotic tops, the reasons for doubt, and tables."""
+
+import copy
+import pickle
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import random_starts
+
+TOP = kr.scenes.asymmetric
+INDICATORS = (kr.lyapunov, kr.megno, kr.oli)
+INTEGRABLE = {
+    "kowalewski": kr.scenes.kowalewski.body,
+    "lagrange": kr.scenes.thesis.body,
+    "euler": kr.Body(mass=1.0, inertia=(1.0, 1.6, 2.1), com=(0.0, 0.0, 0.0)),
+    "goryachev_chaplygin": kr.scenes.goryachev_chaplygin.body,
+}
+
+
+@pytest.mark.parametrize("indicate", INDICATORS)
+def test_known_tops_have_the_known_verdict(indicate):
+    for name in ("thesis", "kowalewski", "goryachev_chaplygin", "asymmetric_regular", "cusps"):
+        told = indicate(kr.scenes.get_scene(name), 3000)
+        assert told.is_chaotic is False and told.doubt == "" and told.is_doubtful is False, name
+    told = indicate(TOP, 1000)
+    assert told.is_chaotic is True and told.doubt == "" and told.is_doubtful is False
+    assert told.threshold == 4.0 < told.final_megno
+    assert repr(told).endswith("at t = 1000; chaotic>")
+
+
+@pytest.mark.parametrize("name", INTEGRABLE)
+def test_no_integrable_top_is_called_chaotic(name):
+    """Check random tops of bodies whose motion is integrable, so that none of them is chaotic."""
+    q, m = random_starts(24, 5)
+    m[:, 2] *= name != "goryachev_chaplygin"  # integrable only without vertical momentum
+    told = kr.megno(kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q), [3000.0])
+    assert not told.is_chaotic[~told.is_doubtful].any() and told.is_doubtful.mean() < 0.1
+
+
+def test_all_indicators_give_the_same_verdict():
+    tops = TOP.vary(gravity=np.linspace(0.05, 1.0, 9))
+    megno = kr.megno(tops, [50.0, 700.0])
+    assert np.array_equal(megno.final_megno, megno.value)
+    assert 0 < megno.is_chaotic.sum() < 9 and megno.is_doubtful.any()
+    for indicate in INDICATORS:
+        told = indicate(tops, [50.0, 700.0])
+        assert np.array_equal(told.final_megno, megno.value)
+        assert np.array_equal(told.is_chaotic, megno.is_chaotic)
+        assert np.array_equal(told.doubt, megno.doubt)
+    both = f"{megno.is_chaotic.sum()} chaotic, {megno.is_doubtful.sum()} in doubt, 0 failed>"
+    assert repr(megno).endswith(f"9 tops at t = 700; {both}")
+
+
+def test_a_motion_without_stability_counts_as_chaotic():
+    """Check a sleeping top that is too slow: it is integrable, but its exponent is positive."""
+    body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
+    scene = kr.Scene(body, velocity=(0.0, 0.0, 0.1), gravity=1.0)
+    told = kr.megno(scene, 1000.0)
+    assert told.is_chaotic and told.doubt == ""
+
+
+def test_each_doubt_has_its_reason():
+    short = kr.oli(kr.scenes.thesis, 100.0)
+    assert short.doubt == "under 100 turns" and short.is_doubtful and not short.is_chaotic
+    assert short.turns < 100.0 and "regular, in doubt: under 100 turns>" in repr(short)
+    near = kr.lyapunov(TOP, 75.0)
+    assert 2.5 < near.final_megno < 8.0 and near.doubt == "MEGNO near the threshold"
+    rough = kr.megno(TOP, 1000.0, tol=0.5)
+    assert rough.certificate > 0.01 and rough.doubt == "certificate above 0.01"
+    told = kr.megno(TOP.vary(gravity=[1.0, 1e30]), [1000.0], max_steps=20000)
+    assert told.status[1] != "OK" and told.doubt.tolist() == ["", told.status[1]]
+    assert told.is_chaotic.tolist() == [True, False]
+    assert told.is_doubtful.tolist() == [False, True]
+
+
+def test_a_chaotic_top_needs_no_hundred_turns():
+    told = kr.megno(TOP, 400.0)
+    assert told.turns < 100.0 and told.final_megno > 8.0 and told.doubt == ""
+
+
+def test_turns_are_counted_in_the_time_scale_of_the_top():
+    scene = kr.Scene(kr.Body(2.0, (3.0, 4.0, 5.0), (0, 0, 0)), momentum=(0.0, 0.0, 10.0))
+    assert kr.megno(scene, [-50.0]).turns == pytest.approx(50.0 / np.pi, rel=1e-14)
+    hanging = kr.Scene(kr.Body(2.0, (3.0, 4.0, 5.0), (0, 0, 0.7)), momentum=(0.1, 0, 0), gravity=9)
+    rate = np.sqrt(2.0 * 9.0 * 0.7 / 5.0)
+    assert kr.megno(hanging, [50.0]).turns == pytest.approx(50.0 * rate / (2 * np.pi), rel=1e-14)
+    doubled = TOP.replace(gravity=4.0, momentum=2.0 * np.array(TOP.momentum))
+    single = TOP.replace(gravity=1.0)
+    assert kr.megno(doubled, [500.0]).turns == kr.megno(single, [1000.0]).turns
+
+
+def test_tables_have_a_row_for_each_top():
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    tops = TOP.vary(gravity=np.array([[0.5], [1.0]]), spin=[0.0, 1.0, 2.0])
+    told = kr.lyapunov(tops, [100.0, 800.0])
+    frame, data = told.to_pandas(), told.to_xarray()
+    assert len(frame) == 6 and frame["gravity"].tolist() == [0.5] * 3 + [1.0] * 3
+    assert frame.attrs["units"]["lyapunov"] == "T^-1" and frame.attrs["t"] == 800.0
+    assert frame.attrs["threshold"] == data.attrs["threshold"] == 4.0
+    assert data["lyapunov"].dims == ("gravity", "spin", "time")
+    assert np.array_equal(data["lyapunov"], told.curve)
+    for name in ("final_megno", "is_chaotic", "doubt", "certificate", "turns", "status"):
+        values = getattr(told, name)
+        assert np.array_equal(frame[name], values.ravel()), name
+        assert data[name].dims == ("gravity", "spin") and np.array_equal(data[name], values)
+    assert np.array_equal(frame["lyapunov"], told.value.ravel())
+
+
+def test_tables_of_one_top_and_of_none():
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    one, none = kr.megno(TOP, 10.0), kr.megno(TOP.scatter(3, momentum=0.1)[:0], 10.0)
+    assert one.to_pandas()["megno"].tolist() == [one.value]
+    assert one.to_xarray()["megno"].dims == ("time",) and one.to_xarray()["is_chaotic"].dims == ()
+    assert len(none.to_pandas()) == 0 and none.to_xarray()["megno"].shape[0] == 0
+    assert none.is_chaotic.shape == none.doubt.shape == (0,)
+
+
+@pytest.mark.parametrize("scene", [TOP, TOP.vary(gravity=[0.5, 1.0])], ids=["one", "many"])
+def test_verdicts_are_read_only(scene):
+    told = kr.megno(scene, [5.0])
+    for again in (told, copy.deepcopy(told), pickle.loads(pickle.dumps(told))):
+        arrays = [again.t, again.curve, again.final_megno, again.turns]
+        arrays += [np.asarray(again.is_chaotic)] * (scene is not TOP)
+        assert not any(array.flags.writeable for array in arrays)
+        assert np.array_equal(again.doubt, told.doubt)

@@ -1,0 +1,290 @@
+"""Tests of kreisel.fit: values, errors, blind directions, bounds and units."""
+
+import pickle
+
+import kreisel as kr
+import numpy as np
+import pytest
+from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, SYMMETRIC_GUESS, gyroscope, ratios, tip
+from kreisel._fit.rotations import exponential, multiply_quaternions
+
+FREE = ("start", "moments", "com")
+SCALE = "the scale of the moments: moments, damping and com may all have one factor"
+HEADING = "the heading: a rotation of the start about the vertical"
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return kr.fit(GUESS, gyroscope(), FREE)
+
+
+def test_a_gyroscope_determines_the_body_without_a_start(fit):
+    found, error = fit.error_of(ratios)
+    assert fit.converged and 0.8 < fit.chi2 / fit.dof < 1.2
+    assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.01).all()
+    assert fit.unidentified == (SCALE, HEADING) and fit.at_bound == ()
+    assert 0.0 < fit.error["body_velocity_x"] < 0.02
+    assert abs(fit.values["body_velocity_x"] - 3.0) < 4.0 * fit.error["body_velocity_x"]
+
+
+def test_a_fit_in_pieces_of_time_is_the_fit_of_the_whole(fit):
+    whole = gyroscope()
+    values = whole.series[0].values
+    parts = [
+        kr.Record(whole.t[part], {"body_velocity": values[part]}, SIGMA)
+        for part in (slice(0, 130), slice(130, None))
+    ]
+    split = kr.fit(GUESS, parts[::-1], FREE)
+    assert np.abs(split.error_of(ratios)[0] / fit.error_of(ratios)[0] - 1.0).max() < 1e-7
+    assert split.dof == fit.dof and split.unidentified == fit.unidentified
+
+
+def test_residuals_are_those_of_the_path(fit):
+    values = fit.records[0].series[0].values
+    own = (fit.path.body_velocity - values) / SIGMA
+    assert np.abs(own - fit.residuals[0]["body_velocity"]).max() < 1e-6
+    assert abs((own**2).sum() - fit.chi2) < 1e-5 * fit.chi2
+    assert fit.sigma[0]["body_velocity"] == SIGMA
+
+
+def test_exact_data_give_the_truth():
+    record = gyroscope(n=200, sigma=0.0)
+    exact = kr.fit(GUESS, record, FREE)
+    assert np.abs(exact.error_of(ratios)[0] - ratios(HEAVY)).max() < 1e-9
+
+
+@pytest.mark.parametrize("factor", [2.0**-40, 2.0**40])
+def test_units_do_not_matter(fit, factor):
+    def rescale(scene):
+        body = scene.body
+        moments = np.array(body.moments) * factor
+        scaled = kr.Body(body.mass * factor, moments, com=body.com, unphysical=True)
+        momentum = np.array(scene.momentum) * factor
+        return scene.replace(body=scaled, momentum=momentum)
+
+    other = kr.fit(rescale(GUESS), gyroscope(), FREE)
+    assert np.abs(other.error_of(ratios)[0] / fit.error_of(ratios)[0] - 1.0).max() < 1e-6
+    assert other.unidentified == fit.unidentified
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_sign_of_quaternions_does_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 3.0, 150)
+    q = multiply_quaternions(kr.solve(HEAVY, t).q, exponential(0.01 * rng.normal(size=(len(t), 3))))
+    signs = rng.choice((-1.0, 1.0), size=(len(t), 1))
+    one, other = (kr.fit(GUESS, kr.Record(t, {"q": x}, 0.01), FREE) for x in (q, q * signs))
+    assert one.values == other.values and one.unidentified == (SCALE,)
+    found, error = one.error_of(ratios)
+    assert (np.abs(found - ratios(HEAVY)) < 4.5 * error).all()
+
+
+def test_the_tip_of_a_symmetric_top_determines_its_spin_and_lever():
+    fit = kr.fit(SYMMETRIC_GUESS, tip())
+    spin = "the moment about the axis against the spin: only their product counts"
+    assert fit.unidentified == ("the spin angle: a rotation of the start about the axis", spin)
+    assert fit.scene.body.kind == "lagrange" and fit.names[-2:] == ("I1 = I2", "I3")
+    assert abs(fit.values["I1 = I2"] - 1.0) < 4.0 * fit.error["I1 = I2"] < 0.04
+    assert np.isinf(fit.error["I3"])
+
+    def along(scene):
+        return kr.solve(scene, [0.0]).axial_momentum[0]
+
+    found, error = fit.error_of(along)
+    assert abs(found - along(SYMMETRIC)) < 4.0 * error < 0.4
+
+
+def test_a_plate_stays_a_plate():
+    plate = kr.Scene(
+        kr.Body(1.0, (1.0, 2.0, 3.0), com=(0.0, 0.0, 0.0)),
+        body_velocity=(2.0, 0.3, 1.0),
+        gravity=0.0,
+    )
+    guess = plate.replace(body=kr.Body(1.0, (1.0, 1.8, 2.2), com=(0.0, 0.0, 0.0)))
+    at_edge = 0
+    for seed in range(6):
+        fit = kr.fit(guess, gyroscope(plate, seed=seed, end=10.0))
+        a, b, c = fit.scene.body.moments
+        assert c <= (a + b) * (1.0 + 1e-8)
+        if fit.at_bound:
+            at_edge += 1
+            assert "plate across axis 3" in fit.at_bound[0] and "At a bound" in str(fit)
+        found, error = fit.error_of(lambda scene: scene.body.moments[0] / scene.body.moments[2])
+        assert abs(found - 1.0 / 3.0) < 4.0 * error
+    assert 1 <= at_edge <= 5
+
+
+def test_a_free_body_shows_neither_scale_nor_attitude():
+    free = HEAVY.replace(body=kr.Body(1.0, (1.0, 1.6, 2.0), com=(0, 0, 0)), gravity=0.0)
+    fit = kr.fit(free, gyroscope(free))
+    assert fit.unidentified[0].startswith("the scale of the moments: only their ratios")
+    assert fit.unidentified[1:] == (HEADING, fit.unidentified[2])
+    assert "attitude in space" in fit.unidentified[2]
+    assert np.isinf(fit.error["I1"]) and np.isfinite(
+        fit.error_of(lambda s: s.body.moments[0] / s.body.moments[1])[1]
+    )
+
+
+@pytest.mark.parametrize(
+    "free, sentence",
+    [
+        (("gravity", "com"), "gravity against com: only mass * gravity * com counts"),
+        (("gravity", "mass"), "gravity against mass: only mass * gravity * com counts"),
+        (("mass", "lever"), "mass against lever: only mass * gravity * com counts"),
+    ],
+)
+def test_products_that_count_are_named(free, sentence):
+    assert sentence in kr.fit(HEAVY, gyroscope(), ("start", *free)).unidentified
+
+
+def test_damping_is_found_and_equal_dampings_stay_equal():
+    truth = SYMMETRIC.replace(damping=(0.1, 0.1, 0.02))
+    t = np.linspace(0.0, 10.0, 400)
+    path = kr.solve(truth, t)
+    noise = np.random.default_rng(0).normal(size=(2, len(t)))
+    record = kr.Record(
+        t,
+        {"spin": path.spin + 0.1 * noise[0], "nutation": path.nutation + 0.002 * noise[1]},
+        {"spin": 0.1, "nutation": 0.002},
+    )
+    guess = SYMMETRIC.replace(damping=(0.05, 0.05, 0.01))
+    fit = kr.fit(guess, record, ("start", "damping"))
+    assert fit.names[-2:] == ("damping_1 = damping_2", "damping_3")
+    for name, value in (("damping_1 = damping_2", 0.1), ("damping_3", 0.02)):
+        assert abs(fit.values[name] - value) < 4.0 * fit.error[name] < 0.05
+
+
+def test_instruments_are_fitted():
+    t, late = np.linspace(0.0, 4.0, 300), np.linspace(0.1, 3.9, 150)
+    rng = np.random.default_rng(5)
+    turn = exponential(np.array((0.03, -0.02, 0.05)))
+    w = kr.solve(HEAVY, t).body_velocity
+    mounted = kr.quaternion.turn_back(tuple(turn), tuple(w.T))
+    values = np.stack(mounted, axis=-1) + (0.1, -0.2, 0.3) + SIGMA * rng.normal(size=w.shape)
+    gyro = kr.Record(t, {"body_velocity": values}, SIGMA, free=("bias", "mounting"))
+    apex = kr.solve(HEAVY, late - 0.03).apex + 0.005 * rng.normal(size=(len(late), 3))
+    fit = kr.fit(HEAVY, [gyro, kr.Record(late, {"apex": apex}, 0.005, free="delay")])
+    truth = {
+        "bias[0].body_velocity_x": 0.1,
+        "bias[0].body_velocity_z": 0.3,
+        "mounting[0]_x": 0.03,
+        "mounting[0]_z": 0.05,
+        "delay[1]": 0.03,
+        "I1": 1.0,
+    }
+    for name, value in truth.items():
+        assert abs(fit.values[name] - value) < 4.5 * fit.error[name] < 0.1 * abs(value) + 0.02
+    shifted = np.abs(fit.path.t[:, None] - (late - fit.values["delay[1]"])).min(axis=0)
+    assert shifted.max() < 1e-12
+
+
+def test_unknown_noise_is_found():
+    rng = np.random.default_rng(2)
+    t = np.linspace(0.0, 3.0, 300)
+    path = kr.solve(HEAVY, t)
+    record = kr.Record(
+        t,
+        {
+            "body_velocity": path.body_velocity + 0.05 * rng.normal(size=(300, 3)),
+            "apex": path.apex + 0.003 * rng.normal(size=(300, 3)),
+        },
+    )
+    fit = kr.fit(HEAVY, record)
+    assert abs(fit.sigma[0]["body_velocity"] / 0.05 - 1.0) < 0.1
+    assert abs(fit.sigma[0]["apex"] / 0.003 - 1.0) < 0.1
+
+
+def test_correlated_residuals_enlarge_the_errors():
+    rng = np.random.default_rng(3)
+    t = np.linspace(0.0, 3.0, 300)
+    white = rng.normal(size=(300, 3))
+    for k in range(1, 300):
+        white[k] = 0.9 * white[k - 1] + np.sqrt(1.0 - 0.81) * white[k]
+    values = kr.solve(HEAVY, t).body_velocity + SIGMA * white
+    fit = kr.fit(HEAVY, kr.Record(t, {"body_velocity": values}, SIGMA))
+    plain = kr.fit(HEAVY, gyroscope())
+    assert 0.7 < fit.residual_correlation < 0.95 and 3.0 < fit.inflation < 6.0
+    assert 2.0 < fit.error["I1"] / plain.error["I1"] < 8.0
+    assert "correlated" in str(fit) and "enlarged" in str(fit)
+    assert plain.inflation == 1.0 and "correlated" not in str(plain)
+
+
+def test_a_record_of_another_top_is_said():
+    other = kr.fit(GUESS, gyroscope(SYMMETRIC, end=1.0), ("velocity",))
+    assert other.chi2 > 100.0 * other.dof and "of another top" in str(other)
+
+
+@pytest.mark.parametrize("kind", ["gyroscope", "tip"])
+def test_outliers_do_not_spoil_a_soft_fit(kind):
+    rng = np.random.default_rng(7)
+    record = gyroscope() if kind == "gyroscope" else tip()
+    name, values = record.series[0].name, record.series[0].values.copy()
+    rows = rng.random(len(values)) < 0.03
+    values[rows] = rng.uniform(-1.0, 1.0, (int(rows.sum()), 3)) * np.abs(values).max()
+    bad = kr.Record(record.t, {name: values}, record.series[0].sigma[0, 0])
+    scene, free = (GUESS, FREE) if kind == "gyroscope" else (SYMMETRIC_GUESS, ("start", "moments"))
+    soft = kr.fit(scene, bad, free, loss="soft")
+    if kind == "gyroscope":
+        found, error = soft.error_of(ratios)
+        assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.015).all()
+    else:
+        assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
+
+
+def test_a_fit_of_guesses_returns_the_best():
+    guesses = HEAVY.vary(velocity=[(0.0, 0.0, -5.0), HEAVY_VELOCITY, (5.0, 0.0, 0.0)])
+    best = kr.fit(guesses, gyroscope())
+    assert 0.8 < best.chi2 / best.dof < 1.2
+
+
+HEAVY_VELOCITY = tuple(kr.solve(HEAVY, [0.0]).velocity[0] * 1.01)
+
+
+def test_steady_precession_tells_little_and_says_so():
+    body = kr.Body.symmetric(1.0, 1.0, 0.6, 0.4, unphysical=True)
+    steady = kr.Scene.spinning(body, spin=20.0, tilt=0.8, steady=True, gravity=9.81)
+    t = np.linspace(0.0, 4.0, 200)
+    noise = 0.01 * np.random.default_rng(1).normal(size=(200, 3))
+    fit = kr.fit(steady, kr.Record(t, {"apex": kr.solve(steady, t).apex + noise}, 0.01))
+    assert fit.nonlinearity > 0.3 and "not normal" in str(fit)
+
+
+def test_scatter_has_the_covariance(fit):
+    tops = fit.scatter(400, seed=3)
+    assert tops.shape == (400,) and fit.scatter(400, seed=3)[7] == tops[7]
+    found = np.array([ratios(tops[k]) for k in range(400)])
+    _, error = fit.error_of(ratios)
+    assert np.abs(found.std(axis=0) / error - 1.0).max() < 0.2
+
+
+def test_covariance_agrees_with_the_errors(fit):
+    for name, own in zip(fit.names, np.diag(fit.covariance), strict=True):
+        assert np.isclose(np.sqrt(own), fit.error[name]) or np.isinf(own)
+    assert not fit.covariance.flags.writeable
+
+
+def test_a_fit_survives_pickling(fit):
+    copy = pickle.loads(pickle.dumps(fit))
+    assert str(copy) == str(fit) and (copy.path.states == fit.path.states).all()
+
+
+def test_the_toml_of_a_fit_is_its_scene(fit, tmp_path):
+    text = fit.to_toml(tmp_path / "top.toml")
+    assert kr.Scene.from_toml(tmp_path / "top.toml") == fit.scene
+    assert text.startswith("# Fit of 12 parameters to 900 numbers")
+
+
+def test_the_table_of_a_fit(fit):
+    table = fit.to_pandas()
+    assert list(table.index) == list(fit.names) and list(table.columns) == [
+        "value",
+        "error",
+        "unit",
+    ]
+    assert table.loc["com_x", "unit"] == "L"
+
+
+def test_the_picture_of_a_fit(fit):
+    upper, lower = fit.plot()
+    assert upper.get_title() == "body_velocity" and len(upper.lines) == 6
+    assert lower.get_ylabel() == "residual [sigma]"

@@ -1,0 +1,93 @@
+"""Tests of the derivatives of residuals: every quantity and parameter against differences."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._fit.parameters import Parameters, parse_free
+from kreisel._fit.quantity_derivatives import EVALUATIONS
+from kreisel._fit.residuals import ResidualModel
+
+TIMES = np.linspace(-1.0, 3.0, 9)
+TURN = np.array((0.8, -0.3, 0.4, 0.2)) / np.linalg.norm((0.8, -0.3, 0.4, 0.2))
+ALL = ("start", "moments", "com", "gravity", "mass", "damping", "axes")
+DESCRIPTIONS = {
+    "principal axes": lambda body: body,
+    "turned": lambda body: body.turn(TURN),
+}
+
+
+def make_scene(description):
+    body = kr.Body(1.1, (1.0, 1.3, 0.7), com=(0.1, -0.2, 0.3), unphysical=True)
+    return kr.Scene(
+        DESCRIPTIONS[description](body),
+        attitude=TURN[[1, 0, 3, 2]],
+        body_velocity=(1.0, 0.7, -0.5),
+        gravity=1.3,
+        damping=(0.1, 0.15, 0.2),
+    )
+
+
+def make_model(name, scene, free):
+    """Return a model of one quantity with all properties of the instrument, and a point."""
+    rng = np.random.default_rng(3)
+    values = np.array(getattr(kr.solve(scene, TIMES[TIMES >= 0.0]), name))
+    values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]
+    if name != "q":
+        values = values + 0.05 * rng.normal(size=values.shape)
+    instrument = ["delay"] if name == "q" else ["bias", "scale", "delay"]
+    instrument += ["mounting"] if name == "q" or name.startswith("body_") else []
+    record = kr.Record(TIMES, {name: values}, 0.3, free=instrument)
+    parameters = Parameters(scene, parse_free(free), [record])
+    model = ResidualModel(parameters, [record], [record.series[0].sigma])
+    natural = np.minimum(model.natural_sizes(parameters.start), 1.0)
+    return model, model.move(parameters.start, 0.1 * natural * rng.normal(size=parameters.size))
+
+
+@pytest.mark.parametrize(
+    "name, free, description",
+    [
+        *((name, ALL, "principal axes") for name in EVALUATIONS),
+        *((name, ALL, "turned") for name in ("q", "body_velocity", "frame", "spin_angle")),
+        *((name, ("lever",), "turned") for name in ("apex", "potential", "spin")),
+    ],
+)
+def test_derivatives_agree_with_differences(name, free, description):
+    model, point = make_model(name, make_scene(description), free)
+    jacobian = model.evaluate(point).jacobian * model.natural_sizes(point)
+    assert np.isfinite(jacobian).all() and np.abs(jacobian).max() > 0.1
+    for k in range(jacobian.shape[1]):
+        step = np.zeros(jacobian.shape[1])
+        step[k] = 1e-4 * model.natural_sizes(point)[k]
+        there = {
+            i: model.evaluate(model.move(point, i * step), has_jacobian=False).residuals
+            for i in (-2, -1, 1, 2)
+        }
+        difference = (8.0 * (there[1] - there[-1]) - (there[2] - there[-2])) / 12e-4
+        assert np.abs(difference - jacobian[:, k]).max() < 1e-7 * np.abs(jacobian).max()
+
+
+@pytest.mark.parametrize("description", DESCRIPTIONS)
+@pytest.mark.parametrize("name", EVALUATIONS)
+def test_values_are_those_of_a_path(name, description):
+    scene = make_scene(description)
+    path = kr.solve(scene, np.linspace(0.0, 3.0, 9))
+    record = kr.Record(path.t, {name: getattr(path, name)}, 1.0)
+    parameters = Parameters(scene, ("attitude",), [record])
+    model = ResidualModel(parameters, [record], [record.series[0].sigma])
+    assert np.abs(model.evaluate(parameters.start).residuals).max() < 1e-13
+
+
+@pytest.mark.parametrize("name", ["spin", "kinetic", "energy"])
+def test_derivatives_without_a_lever_are_finite(name):
+    scene = make_scene("principal axes")
+    body = kr.Body(1.0, scene.body.moments, com=(0.0, 0.0, 0.0))
+    model, point = make_model(name, scene.replace(body=body), ("start", "moments"))
+    assert np.isfinite(model.evaluate(point).jacobian).all()
+
+
+def test_a_pole_has_finite_derivatives():
+    record = kr.Record([0.0, 0.1], {"nutation": [0.0, 0.1], "precession_angle": [0.0, 0.1]}, 0.1)
+    parameters = Parameters(kr.scenes.sleeping, ("attitude", "velocity"), [record])
+    sigmas = [series.sigma for series in record.series]
+    model = ResidualModel(parameters, [record], sigmas)
+    assert np.isfinite(model.evaluate(parameters.start).jacobian).all()

@@ -1,0 +1,208 @@
+"""Tests of kreisel.Record: names, shapes, units, files, missing values and refusals."""
+
+import kreisel as kr
+import numpy as np
+import pandas
+import pytest
+from fits import GUESS, HEAVY, SIGMA, gyroscope
+
+T = [0.0, 0.1, 0.2]
+W = [[1.0, 2.0, 3.0]] * 3
+
+
+@pytest.mark.parametrize(
+    "t, values, message",
+    [
+        (T, {}, "values is empty"),
+        (T, {"omega": W}, "did you mean 'velocity'"),
+        (T, {"wobble": W}, "unknown quantity 'wobble'"),
+        (T, {"kowalewski": T}, "kowalewski cannot be fitted"),
+        (T, {"q_w": T}, "give all four components as q"),
+        (T, {"apex": W[:2]}, r"apex must have the shape \(3, 3\), .* not \(2, 3\)"),
+        (T, {"spin": W}, r"spin must have the shape \(3,\)"),
+        (T, {"spin": [1.0, np.inf, 2.0]}, "spin must be finite, or NaN"),
+        (T, {"spin": [np.nan] * 3}, "values has no measurement"),
+        (T, {"q": [[2.0, 0, 0, 0]] * 3}, r"the norm of q\[0\] is 2"),
+        (T, {"nutation": [10.0, 20.0, 30.0]}, "more than two turns: .* degrees=True"),
+        ([], {"spin": []}, "t must be a list of times"),
+        (
+            [0.0, 0.2, 0.1],
+            {"spin": T},
+            r"t\[2\] = 0.1 follows t\[1\] = 0.2",
+        ),
+        ([0.0, np.nan, 0.1], {"spin": T}, r"t must be finite, not t\[1\]"),
+    ],
+)
+def test_invalid_measurements_are_refused(t, values, message):
+    with pytest.raises(ValueError, match=message):
+        kr.Record(t, values)
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1.0, np.nan, np.inf, [1.0, 0.0, 1.0], [[1.0]] * 2])
+def test_invalid_standard_deviations_are_refused(sigma):
+    with pytest.raises(ValueError, match="sigma of apex must be"):
+        kr.Record(T, {"apex": W}, sigma)
+
+
+def test_a_sigma_of_an_absent_quantity_is_refused():
+    with pytest.raises(ValueError, match="unknown name in sigma: 'apexx'; did you mean 'apex'"):
+        kr.Record(T, {"apex": W}, {"apexx": 1.0})
+
+
+@pytest.mark.parametrize(
+    "values, free, message",
+    [
+        ({"apex": W}, "drift", "unknown name in free: 'drift'; known are bias"),
+        ({"apex": W}, "mounting", "mounting needs q or a whole vector seen from the body"),
+        ({"q": [[1.0, 0, 0, 0]] * 3}, "bias", "attitudes have no bias"),
+    ],
+)
+def test_properties_that_an_instrument_lacks_are_refused(values, free, message):
+    with pytest.raises(ValueError, match=message):
+        kr.Record(T, values, free=free)
+
+
+@pytest.mark.parametrize("wrong", [3, None, "apex", [1, 2]])
+def test_wrong_types_are_refused(wrong):
+    with pytest.raises(TypeError):
+        kr.Record(T, wrong)
+    with pytest.raises((TypeError, ValueError)):
+        kr.Record(T, {"spin": T}, free=wrong)
+    with pytest.raises((TypeError, ValueError)):
+        kr.Record(T, {"spin": wrong})
+    with pytest.raises((TypeError, ValueError)):
+        kr.Record([1j, 2j, 3j], {"spin": T})
+
+
+def test_missing_values_are_left_out_and_counted():
+    record = gyroscope(n=200, end=2.0)
+    values = record.series[0].values.copy()
+    values[::7] = np.nan
+    values[3, 1] = np.nan
+    holes = kr.Record(record.t, {"body_velocity": values}, SIGMA)
+    kept = ~np.isnan(values).any(axis=1)
+    assert holes.missing == 3 * 29 + 1 and holes.size == 600 - holes.missing
+    assert "88 left out" in repr(holes)
+    whole = kr.Record(record.t[kept], {"body_velocity": values[kept]}, SIGMA)
+    fit, other = kr.fit(HEAVY, holes), kr.fit(HEAVY, whole)
+    assert "88 values were not measured" in str(fit) and fit.dof == other.dof + 2
+    assert np.isnan(fit.residuals[0]["body_velocity"][7]).all()
+    assert abs(fit.values["I1"] / other.values["I1"] - 1.0) < 1e-3
+
+
+def test_degrees_are_converted():
+    t = np.linspace(0.0, 2.0, 100)
+    path = kr.solve(HEAVY, t)
+    sigma = {"nutation": 0.01, "body_velocity": 0.02}
+    radians = {name: getattr(path, name) for name in sigma}
+    degrees = {name: np.degrees(value) for name, value in radians.items()}
+    in_degrees = {name: np.degrees(value) for name, value in sigma.items()}
+    one = kr.fit(HEAVY, kr.Record(t, radians, sigma))
+    other = kr.fit(HEAVY, kr.Record(t, degrees, in_degrees, degrees=True))
+    assert np.isclose(other.error["I1"], one.error["I1"], rtol=1e-6)
+    assert np.isclose(other.sigma[0]["nutation"], np.degrees(0.01))
+
+
+def test_a_component_alone_is_compared():
+    t = np.linspace(0.0, 2.0, 100)
+    path = kr.solve(HEAVY, t)
+    values = {"apex_x": path.apex[:, 0], "body_velocity_z": path.body_velocity[:, 2]}
+    record = kr.Record(t, values, 0.1)
+    fit = kr.fit(HEAVY, record)
+    assert fit.chi2 < 1e-12 and fit.residuals[0]["apex_x"].shape == (100,)
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_a_csv_file_is_a_record(tmp_path, separator):
+    record = gyroscope(n=20)
+    rows = np.column_stack((record.t, record.series[0].values)).tolist()
+    head = ["t", *(f"body_velocity_{axis}" for axis in "xyz")]
+    file = tmp_path / "gyro.csv"
+    file.write_text("\n".join(separator.join(map(str, row)) for row in [head, *rows]) + "\n\n")
+    for read in (
+        kr.Record.from_csv(file),
+        kr.Record.from_csv(file, {"body_velocity": head[1:]}),
+        kr.Record.from_pandas(pandas.read_csv(file, sep=separator)),
+        kr.Record.from_pandas(pandas.read_csv(file, sep=separator).set_index("t")),
+    ):
+        assert (read.series[0].values == record.series[0].values).all()
+        assert (read.t == record.t).all() and read.series[0].name == "body_velocity"
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("t,spin\n", "a line of names and a line of numbers"),
+        ("time,spin\n0,1\n", "unknown column of times 't'; did you mean 'time'|known are time"),
+        ("t,rpm\n0,1\n", "unknown quantity in the name of a column: 'rpm'.*or pass columns"),
+        ("t,spin\n0,one\n", "row 1 has 'one', which is no number"),
+        ("t,spin\n0,1,2\n", "row 1 has 3 fields instead of 2"),
+        ("t,spin,spin\n0,1,2\n", "two columns have the same name"),
+        ("t,spin\n0,\n", "no measurement"),
+    ],
+)
+def test_invalid_files_are_refused(tmp_path, text, message):
+    file = tmp_path / "record.csv"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        kr.Record.from_csv(file)
+
+
+def test_columns_nobody_knows_are_refused(tmp_path):
+    file = tmp_path / "record.csv"
+    file.write_text("t,rpm\n0,1\n1,2\n")
+    with pytest.raises(ValueError, match="unknown column 'rmp'; did you mean 'rpm'"):
+        kr.Record.from_csv(file, {"spin": "rmp"})
+    assert kr.Record.from_csv(file, {"spin": "rpm"}).size == 2
+    with pytest.raises(TypeError, match=r"pandas\.DataFrame"):
+        kr.Record.from_pandas([1, 2])
+
+
+@pytest.mark.parametrize(
+    "records, free, words, message",
+    [
+        ("", "start", {}, "records is empty"),
+        ("gyro", (), {}, "free is empty"),
+        ("late", "start", {}, "begin at t = 1000, long after the start .* subtract the first time"),
+        ("gyro", "mass_", {}, "unknown name in free: 'mass_'; did you mean 'mass'"),
+        ("gyro", ("com", "lever"), {}, "free has both com and lever"),
+        ("gyro", "start", {"loss": "soft_l1"}, "unknown loss 'soft_l1'; did you mean 'soft'"),
+        ("gyro", "start", {"pieces": 0}, "pieces must be at least 1"),
+        ("gyro", "start", {"max_evaluations": 0}, "max_evaluations must be at least 1"),
+        ("few", ("start", "moments"), {}, "3 numbers, fewer than the 9 free parameters"),
+        ("momentum", "gravity", {}, "vertical_momentum does not depend on what is free"),
+    ],
+)
+def test_invalid_fits_are_refused(records, free, words, message):
+    given = {
+        "gyro": gyroscope(n=20),
+        "few": kr.Record([0.0], {"apex": [[0.0, 0.0, 1.0]]}, 0.1),
+        "late": kr.Record([1000.0, 1000.5], {"apex": [[0.0, 0.0, 1.0]] * 2}, 0.1),
+        "momentum": kr.Record(T, {"vertical_momentum": [1.0] * 3}, 0.1),
+    }
+    measured = given[records] if records else []
+    with pytest.raises(ValueError, match=message):
+        kr.fit(GUESS, measured, free, **words)
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ((None, []), {}),
+        ((GUESS, "record"), {}),
+        ((GUESS, 3), {}),
+        ((GUESS, [GUESS]), {}),
+        ((GUESS, gyroscope(n=20), 3), {}),
+        ((GUESS, gyroscope(n=20)), {"progress": 3}),
+        ((GUESS, gyroscope(n=20)), {"pieces": 2.5}),
+    ],
+)
+def test_wrong_types_of_fits_are_refused(arguments, words):
+    with pytest.raises(TypeError):
+        kr.fit(*arguments, **words)
+
+
+def test_a_lever_needs_a_centre_of_mass():
+    free = kr.scenes.dzhanibekov
+    with pytest.raises(ValueError, match="com is the fixed point: free com instead"):
+        kr.fit(free, gyroscope(free, n=20), "lever")

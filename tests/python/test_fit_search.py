@@ -1,0 +1,171 @@
+"""Tests of the search of kreisel.fit: progress, interruption, pieces, threads, and the command."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from cli_helpers import call
+from fits import GUESS, HEAVY, SIGMA, gyroscope, ratios
+from kreisel._fit.rotations import exponential, multiply_quaternions
+
+FREE = ("start", "moments", "com")
+CHAOTIC = kr.scenes.asymmetric
+
+
+def attitudes(end, n, seed=0):
+    """Return a record of attitudes of a chaotic top."""
+    t = np.linspace(0.0, end, n)
+    turns = exponential(0.01 * np.random.default_rng(seed).normal(size=(n, 3)))
+    q = multiply_quaternions(kr.solve(CHAOTIC, t, "taylor").q, turns)
+    return kr.Record(t, {"q": q}, 0.01)
+
+
+def chaotic_guess():
+    body = CHAOTIC.body
+    moments = np.array(body.moments) * (1.5, 0.9, 1.05)
+    other = kr.Body(body.mass, moments, com=np.array(body.com) * 1.1, unphysical=True)
+    return CHAOTIC.replace(body=other, velocity=(0.0, 0.0, 1.0))
+
+
+def moment_ratios(scene):
+    moments = np.array(scene.body.moments)
+    return moments[:2] / moments[2]
+
+
+def test_pieces_agree_with_a_single_motion():
+    record = attitudes(12.0, 240)
+    single = kr.fit(CHAOTIC, record, FREE, pieces=1)
+    pieces = kr.fit(chaotic_guess(), record, FREE, pieces=6)
+    assert single.piece_starts == () and pieces.piece_starts == tuple(np.linspace(0, 12, 7)[:-1])
+    one, other = single.error_of(moment_ratios), pieces.error_of(moment_ratios)
+    assert (np.abs(one[0] - other[0]) < 0.02 * one[1]).all()
+    assert np.abs(other[1] / one[1] - 1.0).max() < 0.02
+    assert pieces.unidentified == single.unidentified and "6 pieces" in str(pieces)
+    turned = kr.attitude_error(pieces.path.q, single.path.q)
+    assert turned.max() < 1e-3 and (pieces.path.t == record.t).all()
+
+
+def test_a_chaotic_motion_is_fitted_in_pieces():
+    rate = kr.lyapunov(CHAOTIC, 500.0).value
+    fit = kr.fit(chaotic_guess(), attitudes(15.0 / rate, 800), FREE)
+    found, error = fit.error_of(moment_ratios)
+    assert fit.converged and 0.85 < fit.chi2 / fit.dof < 1.15
+    assert len(fit.piece_starts) > 10
+    assert (np.abs(found - moment_ratios(CHAOTIC)) < 4.0 * error).all() and (error < 0.003).all()
+
+
+def test_progress_is_reported():
+    heard = []
+    fit = kr.fit(GUESS, gyroscope(), FREE, progress=lambda *report: heard.append(report))
+    counts = [count for count, _ in heard]
+    assert counts == sorted(counts) and counts[-1] <= fit.evaluations
+    assert min(cost for _, cost in heard) < 1.2
+
+
+def test_an_exception_in_progress_stops_the_fit():
+    with pytest.raises(ZeroDivisionError):
+        kr.fit(GUESS, gyroscope(), progress=lambda *_: 1 / 0)
+
+
+def test_ctrl_c_keeps_the_best_fit_so_far():
+    reports = []
+
+    def interrupt(count, cost):
+        reports.append(cost)
+        if len(reports) == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(kr.FitInterrupted) as stopped:
+        kr.fit(HEAVY, gyroscope(), FREE, progress=interrupt)
+    fit = stopped.value.fit
+    assert fit is not None and not fit.converged and "did not converge" in str(fit)
+    assert abs(fit.cost / fit.dof - min(reports)) < 1e-9 * fit.cost
+
+
+def test_ctrl_c_before_the_first_motion_keeps_nothing(monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("kreisel._fit.residuals.solve", interrupt)
+    with pytest.raises(kr.FitInterrupted) as stopped:
+        kr.fit(GUESS, gyroscope(), FREE)
+    assert stopped.value.fit is None and pickle.loads(pickle.dumps(stopped.value)).fit is None
+
+
+def test_a_fit_that_does_not_converge_warns_and_is_kept():
+    with pytest.warns(UserWarning, match="did not converge"):
+        fit = kr.fit(HEAVY, gyroscope(), FREE, max_evaluations=3)
+    assert not fit.converged and fit.evaluations <= 8 and "best so far" in str(fit)
+
+
+def test_threads_give_the_same_bits():
+    record = gyroscope()
+    one = kr.fit(GUESS, record, FREE)
+    with ThreadPoolExecutor(4) as pool:
+        others = list(pool.map(lambda _: kr.fit(GUESS, record, FREE), range(4)))
+    assert all(other.values == one.values and other.error == one.error for other in others)
+
+
+def test_negative_times_are_fitted():
+    t = np.linspace(-1.5, 1.5, 300)
+    noise = SIGMA * np.random.default_rng(0).normal(size=(300, 3))
+    back, on = kr.solve(HEAVY, t[t < 0.0][::-1]), kr.solve(HEAVY, t[t >= 0.0])
+    values = np.concatenate((back.body_velocity[::-1], on.body_velocity)) + noise
+    fit = kr.fit(GUESS, kr.Record(t, {"body_velocity": values}, SIGMA), FREE)
+    found, error = fit.error_of(ratios)
+    assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all()
+    assert (fit.path.t == t).all()
+    assert np.abs(fit.path.body_velocity - values).max() < 6.0 * SIGMA
+
+
+def test_a_start_where_nothing_moves_is_left():
+    rest = kr.Scene(GUESS.body, momentum=(0, 0, 0), gravity=9.81)
+    fit = kr.fit(rest, gyroscope(), FREE)
+    found, error = fit.error_of(ratios)
+    assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all()
+
+
+@pytest.fixture
+def files(tmp_path):
+    record = gyroscope()
+    table = np.column_stack((record.t, record.series[0].values))
+    np.savetxt(tmp_path / "toss.csv", table, delimiter=",", header="time,wx,wy,wz", comments="")
+    GUESS.to_toml(tmp_path / "top.toml")
+    return tmp_path
+
+
+def test_the_command_writes_the_scene_and_the_table(files):
+    words = "--column body_velocity=wx,wy,wz --time time --sigma 0.02 --free start,moments,com"
+    inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
+    shown = call(inputs, "--save", files / "out.toml", "--csv", files / "out.csv")
+    fit = kr.fit(GUESS, gyroscope(), FREE)
+    assert shown == f"{fit}\n"
+    assert kr.Scene.from_toml(files / "out.toml") == fit.scene
+    assert (files / "out.csv").read_text().splitlines()[0] == "parameter,value,error,unit"
+    assert call(inputs, "--save", "-").startswith("# Fit of 12 parameters")
+    call(inputs, "--plot", files / "fit.svg")
+    assert (files / "fit.svg").read_text().count("<path") > 20
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("", "unknown column of times 't'"),
+        ("--time time", "or pass columns"),
+        ("--time time --column spin", "write QUANTITY=VALUE"),
+        ("--time time --column spin=wx --sigma zero", "the value must be a number"),
+        ("--time time --column spin=wx --sigma 0", "must be positive and finite"),
+        ("--time time --column spin=wx --free nothing", "unknown name in free: 'nothing'"),
+        ("--time time --column spin=wx --instrument drift", "unknown name in free: 'drift'"),
+        ("--time time --column spin=wx --plot fit.csv", "--plot writes .png, not .csv"),
+    ],
+)
+def test_the_command_refuses_invalid_arguments(files, words, message):
+    inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
+    assert message in call(inputs, code=2)
+
+
+def test_the_command_refuses_a_missing_file(files):
+    assert "No such file" in call(f"fit {files / 'none.csv'} {files / 'top.toml'}", code=2)

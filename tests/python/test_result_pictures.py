@@ -1,0 +1,241 @@
+"""Pictures and HTML of sections, spectra, indicators, plans and tables, and their colours."""
+
+import sys
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import GENERAL
+
+pytest.importorskip("matplotlib")
+from kreisel._plot import panels, solids
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+TOP = kr.scenes.asymmetric
+TOPS = kr.starts(TOP.body, energy=2, vertical=1, n=5, seed=2)
+SECTION = kr.section(TOPS, n=20)
+CURVES = kr.megno(TOPS, 1000)
+PNG = 'src="data:image/png;base64,iVBORw0KGgo'
+
+
+def points_of(axes):
+    return np.asarray(axes.collections[0].get_offsets())
+
+
+def test_a_section_has_a_point_for_each_state():
+    axes = SECTION.plot()
+    x, y = points_of(axes).T
+    assert x == pytest.approx(np.degrees(SECTION.spin_angle), rel=1e-15)
+    assert np.array_equal(y, SECTION.apex[:, 2])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin angle [°]", "apex z")
+    colours = axes.collections[0].get_facecolors()
+    first = SECTION.top == 0
+    assert len(np.unique(colours[first], axis=0)) == 1 and len(np.unique(colours, axis=0)) == 5
+
+
+def test_a_section_is_drawn_over_any_components():
+    axes = SECTION.plot(x="t", y="axial_momentum", time_unit="s")
+    assert np.array_equal(points_of(axes), np.stack([SECTION.t, SECTION.axial_momentum], axis=1))
+    assert axes.get_xlabel() == "t [s]" and axes.get_ylabel() == "axial momentum [M L² s⁻¹]"
+    axes = SECTION.plot(Figure().add_subplot(), x="nutation", y="q_w", degrees=False)
+    assert np.array_equal(points_of(axes), np.stack([SECTION.nutation, SECTION.q[:, 0]], axis=1))
+    assert axes.get_xlabel() == "nutation [rad]"
+
+
+def test_a_section_shows_verdicts_on_chaos():
+    axes = SECTION.plot(indicator=CURVES)
+    colours = axes.collections[0].get_facecolors()[:, :3]
+    for i in range(5):
+        index = 2 if CURVES.is_doubtful[i] else int(CURVES.is_chaotic[i])
+        expected = to_rgb(panels.CLASSES[index][1])
+        assert colours[SECTION.top == i] == pytest.approx(np.tile(expected, (20, 1)))
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert 0 < len(texts) <= 3 and set(texts) <= {"regular", "chaotic", "in doubt"}
+
+
+@pytest.mark.parametrize("tops", [TOP, TOP.vary(gravity=[[0.5], [1.0]], spin=[0.0, 1.0, 2.0])])
+def test_sections_of_any_shape_are_drawn(tops):
+    section, told = kr.section(tops, n=3), kr.oli(tops, 800.0)
+    colours = section.plot(indicator=told).collections[0].get_facecolors()[:, :3]
+    chaotic = np.repeat(np.ravel(told.is_chaotic & ~np.asarray(told.is_doubtful)), 3)
+    assert chaotic.any()
+    expected = to_rgb(panels.CLASSES[1][1])
+    assert np.array_equal((colours == expected).all(axis=1), chaotic)
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "text"),
+    [
+        ({"x": "spin_angel"}, ValueError, "unknown component 'spin_angel'; did you mean 'spin_an"),
+        ({"y": "apex"}, ValueError, "unknown component 'apex'"),
+        ({"y": 3}, TypeError, "y must be the name of a component, not 3"),
+        ({"indicator": CURVES.value}, TypeError, r"indicator must be a kreisel\.Indicator"),
+        ({"indicator": kr.oli(TOP, 1.0)}, ValueError, r"the same tops, of shape \(5,\), not of sh"),
+        ({"degrees": 1}, TypeError, "degrees must be True or False"),
+        ({"time_unit": " "}, ValueError, "time_unit must be the name of a unit"),
+        ({"time_unit": 1.0}, TypeError, "time_unit must be the name of a unit"),
+        ({"axes": 1}, TypeError, "axes must be axes of matplotlib"),
+    ],
+)
+def test_sections_refuse_what_cannot_be_drawn(words, error, text):
+    with pytest.raises(error, match=text):
+        SECTION.plot(**words)
+
+
+def test_a_spectrum_has_a_dot_at_each_line_and_counts_nutations():
+    found = kr.frequencies(kr.solve(kr.scenes.cusps, np.linspace(0, 200, 4001)))
+    axes = found.plot(time_unit="s")
+    dots, dashed = axes.lines
+    assert np.array_equal(dots.get_xdata(), found.lines)
+    assert np.array_equal(dots.get_ydata(), np.abs(found.amplitudes))
+    assert list(dashed.get_xdata()) == [found.precession] * 2 and axes.get_yscale() == "log"
+    assert axes.get_xlabel() == "angular frequency [s⁻¹]"
+    named = {text.get_text(): text.xy[0] for text in axes.texts}
+    assert len(named) == 12 and named["0"] == pytest.approx(found.precession)
+    assert named["+2"] == pytest.approx(found.precession + 2 * found.nutation)
+    assert PNG in found._repr_html_()
+
+
+def test_a_chaotic_spectrum_has_lines_without_numbers():
+    found = kr.frequencies(kr.solve(TOP, np.linspace(0, 200, 2001)), 5)
+    axes = found.plot(Figure().add_subplot())
+    assert len(axes.lines[0].get_xdata()) == 5 and "rest" in axes.get_title()
+    assert len(axes.texts) < 3
+
+
+@pytest.mark.parametrize("indicate", [kr.lyapunov, kr.megno, kr.oli])
+def test_curves_have_the_data_of_the_indicator(indicate):
+    told = indicate(TOPS, -200.0)
+    axes = told.plot(time_unit="s")
+    drawn = [line for line in axes.lines if len(line.get_xdata()) == 32]
+    assert len(drawn) == 5 and axes.get_xlabel() == "time [s], back from the start"
+    given = {tuple(row[row > 0.1]) for row in told.curve}
+    for line in drawn:
+        assert np.array_equal(line.get_xdata(), -told.t)
+        y = line.get_ydata()
+        assert indicate is kr.lyapunov or tuple(y[np.isfinite(y)]) in given
+    dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
+    assert [line.get_ydata()[0] for line in dashed] == [4.0] * (indicate is kr.megno)
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+
+
+def test_maps_have_the_value_of_each_top():
+    tops = TOP.vary(gravity=np.array([[0.5], [1.0], [1.5]]), spin=[0.0, 1.0])
+    told = kr.lyapunov(tops, 100.0)
+    axes = told.plot(Figure().add_subplot(), time_unit="s")
+    assert np.array_equal(axes.collections[0].get_array().reshape(3, 2), told.value)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("spin", "gravity")
+    assert axes.figure.axes[1].get_ylabel() == "largest exponent [s⁻¹], t = 100"
+    places = {tuple(place) for place in axes.lines[0].get_xydata()}
+    rows, columns = np.nonzero(told.is_doubtful)
+    assert places == {(columns[i] * 1.0, 0.5 + 0.5 * rows[i]) for i in range(len(rows))}
+    failed = kr.megno(tops, 1e3, max_steps=5)
+    assert failed.failed.size == 6 and failed.plot().collections
+
+
+def test_indicators_of_three_dimensions_are_not_drawn():
+    told = kr.oli(kr.Ensemble(TOP.body, momentum=np.ones((2, 1, 2, 3))), 1.0)
+    with pytest.raises(ValueError, match="indicators of 3 dimensions cannot be drawn: select two"):
+        told.plot()
+    assert told._repr_html_() is None and kr.oli(TOPS[:0], 1.0)._repr_html_() is None
+
+
+def test_rods_show_their_start_and_a_scale():
+    rod = kr.rod(kr.solve(kr.scenes.cusps, np.linspace(0, 20, 401)))
+    axes = rod.plot(length_unit="m", elevation=0.0)
+    assert [text.get_text() for text in axes.texts] == ["start", "2 m"]
+    dot, bar = axes.lines
+    assert dot.get_xydata().tolist() == [[0.0, 0.0]]
+    assert np.ptp(bar.get_xdata()) == pytest.approx(2.0) and np.ptp(bar.get_ydata()) == 0.0
+    assert PNG in rod._repr_html_()
+    for times in ([], [1.0]):
+        short = kr.rod(kr.solve(kr.scenes.cusps, times))
+        with pytest.raises(ValueError, match=f"a rod of {len(times)} states cannot be drawn"):
+            short.plot()
+        assert short._repr_html_() is None
+
+
+def test_a_rod_back_in_time_is_seen_from_outside():
+    """Check that the brightest face of a straight rod is on the side of the light."""
+    sides = []
+    for t in (5.0, -5.0):
+        rod = kr.rod(kr.solve(kr.scenes.sleeping.replace(momentum=(0, 0, 3)), np.linspace(0, t, 9)))
+        tube = rod.plot(Figure().add_subplot(), elevation=0.0).collections[0]
+        bright = tube.get_facecolors()[:, 0].argmax()
+        sides.append(tube.get_paths()[bright].vertices[:, 0].mean())
+    assert sides[0] < 0.0 and sides[1] == pytest.approx(sides[0])
+
+
+def test_notebooks_show_paths_as_pictures():
+    path = kr.solve(GENERAL, [0.0, 1.0])
+    shown = path._repr_html_()
+    assert PNG in shown and "&lt;kreisel.Path: 2 states" in shown
+    assert kr.solve(GENERAL, [])._repr_html_() is None
+    assert kr.solve(GENERAL, [1.0], want=("energy",))._repr_html_() is None
+    enough = kr.solve(GENERAL, [1.0], want=("apex", "nutation", "precession_angle"))
+    assert PNG in enough._repr_html_()
+
+
+def test_long_paths_are_no_pictures(monkeypatch):
+    from kreisel._results import path as paths
+
+    monkeypatch.setattr(paths, "MOST_DISPLAYED", 2)
+    assert kr.solve(GENERAL, [0.0, 1.0])._repr_html_() is not None
+    assert kr.solve(GENERAL, [0.0, 1.0, 2.0])._repr_html_() is None
+
+
+def test_notebooks_show_sections_and_indicators():
+    assert PNG in SECTION._repr_html_() and PNG in CURVES._repr_html_()
+    assert kr.section(TOPS[:0], n=3)._repr_html_() is None
+
+
+def test_without_matplotlib_notebooks_show_texts(monkeypatch):
+    path = kr.solve(GENERAL, [0.0, 1.0])
+    for name in [name for name in sys.modules if name.startswith("kreisel._plot.")]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("matplotlib", "matplotlib.axes"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert path._repr_html_() is None and SECTION._repr_html_() is None
+
+
+def test_plans_and_tables_are_tables_of_html():
+    plan = kr.plan(GENERAL, 1.0, step=0.1, method="rk4")
+    shown = plan._repr_html_()
+    assert shown.count("<tr>") == len(str(plan).splitlines())
+    assert ">rk4: requested by name</td>" in shown
+    many = kr.plan(TOPS, 1.0)._repr_html_()
+    assert ">tops</td>" in many and ">the first top</td>" in many
+    table = kr.compare(GENERAL, 0.5, ["rk4"], [0.1, 0.05], repeats=1)
+    rows = table._repr_html_()
+    assert rows.count("<tr>") == 3 and rows.count("<th") == 11 and ">rk4</td>" in rows
+    failed = kr.Table((kr.Row("<b>", "rk4", None, None, 1, 1, 1, 1, 1, 1, "a < b & c"),))
+    assert "&lt;b&gt;" in failed._repr_html_() and "a &lt; b &amp; c" in failed._repr_html_()
+
+
+TO_CONES = np.array(
+    [[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]]
+)
+WITHOUT_GREEN = np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 1.0]])
+
+
+def seen_by_deuteranopes(colour):
+    """Return a colour as deuteranopes see it (Vienot, Brettel and Mollon 1999)."""
+    linear = np.array(to_rgb(colour)) ** 2.2
+    seen = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
+    return np.clip(seen, 0.0, 1.0) ** (1 / 2.2)
+
+
+@pytest.mark.parametrize(
+    "colours",
+    [
+        [colour for _, colour in panels.CLASSES],
+        [solids.BLUE, solids.ORANGE, "white"],
+        [solids.RED, solids.CREAM],
+    ],
+)
+def test_deuteranopes_tell_colours_apart(colours):
+    seen = [seen_by_deuteranopes(colour) for colour in colours]
+    for i, one in enumerate(seen):
+        for other in seen[:i]:
+            assert np.abs(one - other).max() > 0.3

@@ -1,0 +1,113 @@
+"""Mean rates and quasi-periods of Kowalewski and Goryachev-Chaplygin tops, from long paths."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel import quaternion
+from tops import unit
+
+KOWALEWSKI, CHAPLYGIN = 2.0, 4.0  # ratios of the moments
+
+
+def make_scene(ratio, momentum, attitude, gravity=1.0, axes=(0, 1, 2), lever=1.0):
+    moments = np.array((ratio, ratio, 1.0))[list(axes)]
+    com = lever * np.eye(3)[0][list(axes)]
+    body = kr.Body(1.0, tuple(moments), tuple(com), unphysical=True)
+    return kr.Scene(body, momentum, unit(attitude), gravity=gravity)
+
+
+FAR_FROM_THE_POLE = [
+    make_scene(KOWALEWSKI, (2.4, 0.0, -3.3), (1.2, -1.8, -1.5, 1.4), -1.5, (2, 0, 1), -1.0),
+    make_scene(KOWALEWSKI, (0.3, 3.0, 2.8), (-1.3, 0.4, -0.7, 0.2), -1.5, (0, 1, 2), -1.0),
+    make_scene(KOWALEWSKI, (1.3, -1.6, 0.7), (0.1, -0.9, -2.7, -2.8), -1.5, (1, 2, 0), -1.0),
+]
+OVER_THE_POLE = [
+    make_scene(KOWALEWSKI, (1.8, 1.9, 2.8), (0.8, -0.1, 0.9, 1.5), -1.5, (1, 2, 0), -1.0),
+    make_scene(KOWALEWSKI, (1.0, 0.5, -0.7), (0.1, -0.6, 0.3, 0.7), 1.0, (0, 2, 1)),
+    make_scene(CHAPLYGIN, (0.9, 2.1, 0.0), (0.8, 0.4, -0.2, 0.4)),
+    make_scene(CHAPLYGIN, (2.0, 4.0, 0.0), (0.1, -0.6, 0.3, 0.7), 0.5),
+]
+
+
+def exact_path(scene, t):
+    return kr.solve(scene, t, method="exact")
+
+
+def turn_rows(q, v):
+    return quaternion.turn(tuple(q.T), tuple(v))
+
+
+def count_turns(t, signal):
+    return float(np.angle(signal[1:] * signal[:-1].conj()).sum()) / (t[-1] - t[0])
+
+
+@pytest.mark.parametrize("scene", FAR_FROM_THE_POLE)
+def test_rates_are_those_of_the_frequency_analysis(scene):
+    path = kr.solve(scene, np.linspace(0.0, 600.0, 6001), method="taylor")
+    found, seen = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
+    assert found.exact and not seen.exact
+    for rate in ("precession", "nutation", "spin"):
+        assert abs(getattr(found, rate) - getattr(seen, rate)) < 1e-9
+
+
+@pytest.mark.parametrize("scene", OVER_THE_POLE)
+def test_mean_precession_is_that_of_counted_turns(scene):
+    """Check tops for which the frequency analysis finds no mean rates.
+
+    The errors of the counted turns are bounded by a few turns in the whole time.
+    """
+    t = np.linspace(0.0, 20000.0, 800001)
+    path = kr.exact(scene)(t)
+    found = kr.frequencies(exact_path(scene, t[:101]))
+    assert found.exact
+    axis = np.array(scene.body.com)
+    first = np.roll(axis, 1)
+    apex, one, two = (turn_rows(path.q, v) for v in (axis, first, np.cross(axis, first)))
+    precession, spin = apex[0] + 1j * apex[1], two[2] + 1j * one[2]
+    assert abs(found.precession - count_turns(t, precession)) < 2e-3
+    assert abs(found.spin - count_turns(t, spin)) < 2e-3
+    first, second, heading = kr.exact(scene).frequencies
+    if scene.body.kind == "goryachev_chaplygin":
+        assert abs(found.precession) < 1e-9
+    else:  # no small integers give the mean rate
+        n = np.arange(-6, 7)
+        sums = heading + n[:, None] * first + n * second
+        assert np.abs(sums - found.precession).min() > 2e-2 * first
+
+
+@pytest.mark.parametrize("scene", FAR_FROM_THE_POLE + OVER_THE_POLE)
+def test_rates_do_not_depend_on_the_start_or_the_direction_of_time(scene):
+    t = np.linspace(0.0, 20.0, 101)
+    found = kr.frequencies(exact_path(scene, t))
+    later = kr.exact(scene)(777.7)
+    moved = scene.replace(momentum=later.m[0], attitude=later.q[0])
+    for other in (exact_path(scene, -t), exact_path(moved, t)):
+        again = kr.frequencies(other)
+        assert again.exact and again.nutation == pytest.approx(found.nutation, rel=1e-12)
+        assert abs(again.precession - found.precession) < 1e-11
+        assert abs(again.spin - found.spin) < 1e-11
+
+
+@pytest.mark.parametrize("scene", OVER_THE_POLE)
+def test_quasi_periods_return_the_body_better_and_better(scene):
+    top = kr.exact(scene)
+    rows = top.find_quasi_periods(8)
+    assert rows.shape == (8, 3) and (np.diff(rows[:, 2]) > 0.0).all()
+    first, second, _ = top.frequencies
+    miss = np.abs(rows[:, 2] * first - math.tau * rows[:, 0])
+    assert (np.diff(miss) < 0.0).all()
+    assert np.abs(miss - np.abs(rows[:, 2] * second - math.tau * rows[:, 1])).max() < 1e-9
+    path = top([0.0, *rows[:, 2]])
+    apart = np.linalg.norm(path.body_momentum[1:] - path.body_momentum[0], axis=1)
+    assert apart[-1] < 1e-2 * apart[0] and (apart < 30.0 * miss).all()
+
+
+def test_quasi_periods_end_where_rounding_errors_begin():
+    top = kr.exact(OVER_THE_POLE[0])
+    rows = top.find_quasi_periods(1000)
+    assert 8 < len(rows) < 60 and np.isfinite(rows).all()
+    for wrong in (0, -1, 1.5, "2", math.nan):
+        with pytest.raises((TypeError, ValueError), match="n must be"):
+            top.find_quasi_periods(wrong)

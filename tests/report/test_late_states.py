@@ -1,0 +1,40 @@
+"""Times of late states by closed forms on a torus, in the report."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from validation.parts import late_states
+from validation.references.problems import load_problem
+
+QUICK = SimpleNamespace(quick=True)
+
+
+def test_only_tops_on_a_torus_have_a_late_state():
+    for name, count in (
+        ("kowalewski", 1),
+        ("goryachev_chaplygin", 1),
+        ("thesis", 0),
+        ("asymmetric", 0),
+    ):
+        assert len(list(late_states.list_tasks(load_problem(name), QUICK))) == count
+
+
+def test_a_late_state_is_measured_against_128_bit():
+    [task] = late_states.list_tasks(load_problem("kowalewski"), QUICK)
+    found = task.make()
+    assert 0.0 < found["state"] < found["taylor"] and found["error"] < 1e-13
+    said = late_states.describe_late_state(found)
+    assert said.startswith("One state at t = 1000:") and "relative to heyoka in 128 bit" in said
+    assert f"miss the ratio by {found['mismatch']:.0e}" in said
+
+
+def test_without_measurement_nothing_is_said():
+    assert late_states.describe_late_state(None) == ""
+
+
+@pytest.mark.parametrize(
+    ("ratio", "said"), [(5578624.0, "5,600,000"), (28.4, "28"), (3610.0, "3,600")]
+)
+def test_ratios_have_two_digits(ratio, said):
+    assert late_states.round_ratio(ratio) == said

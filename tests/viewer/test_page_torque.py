@@ -1,0 +1,102 @@
+"""Tests of weight and torque in the picture, of the path of m, and of the rule for fast tops."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import PRESETS, advance, load, read_scene, read_states, scene_in_python
+from test_page_numbers import click_exercise, read_numbers
+
+WHY = "Why does it not fall?"
+TOP = "kreisel.view.tops[0]"
+
+
+def read_arrow(page, name):
+    """Return the start and the vector of an arrow of the first top, in units of the picture."""
+    script = f"""(({{position, quaternion, tip}}) =>
+        [position, tip.position.clone().applyQuaternion(quaternion)].map((v) => v.toArray())
+    )({TOP}.{name})"""
+    return map(np.array, page.evaluate(script))
+
+
+def compute_torque(page):
+    """Return the lever and the torque of the weight of the first top, in Python."""
+    scene = scene_in_python(read_scene(page))
+    lever = np.array(kr.quaternion.turn(read_states(page)[0][1:5], scene.body.com))
+    return lever, np.cross(lever, [0, 0, -scene.body.mass * scene.gravity])
+
+
+def read_visible(page, *names):
+    return page.evaluate(
+        "(names) => names.map((name) => kreisel.view.tops[0][name].visible)", names
+    )
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_torque_is_at_the_tip_of_m_and_weight_at_the_centre_of_mass(page, preset):
+    load(page, preset)
+    page.evaluate("kreisel.page.setValue('show.torque', true)")
+    advance(page, 1.5)
+    lever, torque = compute_torque(page)
+    has_torque = np.linalg.norm(torque) > 1e-9
+    if not read_scene(page)["gravity"]:
+        assert read_visible(page, "weight", "torque", "momentumTrace") == [False] * 3
+        return
+    zoom, momentum_zoom = page.evaluate("[kreisel.view.zoom, kreisel.view.momentumZoom]")
+    begin, arrow = read_arrow(page, "torque")
+    assert begin == pytest.approx(momentum_zoom * np.array(read_states(page)[0][5:]), abs=1e-6)
+    if has_torque:
+        unit = torque / np.linalg.norm(torque)
+        assert arrow / np.linalg.norm(arrow) == pytest.approx(unit, abs=1e-6)
+    begin, arrow = read_arrow(page, "weight")
+    assert begin == pytest.approx(zoom * lever, abs=1e-6)
+    assert arrow[:2] == pytest.approx([0, 0]) and arrow[2] * read_scene(page)["gravity"] < 0
+
+
+def test_path_of_m_is_level_and_that_of_python(page):
+    load(page, "A spinning top")
+    click_exercise(page, WHY)
+    advance(page, 5)
+    zoom = page.evaluate("kreisel.view.momentumZoom")
+    places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
+        [Array.from(attributes.start.data.array), drawRange.count]
+    )({TOP}.momentumTrace.geometry)""")
+    points = np.reshape(places, (-1, 4, 3))[: count // 6 + 1, 0]
+    times = 0.01 * np.arange(len(points))
+    path = kr.exact(scene_in_python(read_scene(page)))(times)
+    assert points == pytest.approx(zoom * path.m[::-1], abs=1e-6)
+    assert np.ptp(points[:, 2]) < 1e-6 < np.ptp(points[:, 0])
+
+
+def test_rule_of_fast_tops_is_compared_with_the_mean_precession(page):
+    load(page, "A spinning top")
+    assert not any("I₃" in name for name in read_numbers(page))
+    click_exercise(page, WHY)
+    top = kr.exact(scene_in_python(read_scene(page)))
+    body, spin = top.scene.body, page.evaluate("kreisel.simulation.measureTop(0).spin")
+    moment = body.moments[np.argmax(np.abs(body.principal_com))]
+    rule = body.mass * top.scene.gravity * np.linalg.norm(body.com) / (moment * spin)
+    value, note = read_numbers(page)["Mgl / I₃ω₃"]
+    assert float(value) == pytest.approx(rule, rel=2e-3)
+    percent = 100 * (rule / top.precession - 1)
+    side = "below" if percent < 0 else "above"
+    assert note == f"{abs(percent):.1f} % {side} the mean precession"
+
+
+def test_arrows_can_be_hidden_and_a_hidden_tip_is_no_handle(page):
+    load(page, "A spinning top")
+    assert read_visible(page, "m", "w", "p", "torque") == [True, True, True, False]
+    tip = page.evaluate("kreisel.locate('tip')")
+    assert page.evaluate("([x, y]) => kreisel.view.pick(x, y)?.part", tip) == "tip"
+    for name in ("momentum", "velocity", "vertical"):
+        page.evaluate(f"kreisel.page.setValue('show.{name}', false)")
+    assert read_visible(page, "m", "w", "p") == [False] * 3
+    assert page.evaluate("([x, y]) => kreisel.view.pick(x, y)?.part", tip) != "tip"
+
+
+def test_a_key_opens_the_next_exercise(page):
+    load(page, "A spinning top")
+    titles = page.evaluate("kreisel.presets[0].exercises.map((each) => each.title)")
+    for title in [*titles, titles[0]]:
+        page.keyboard.press("y")
+        page.evaluate("kreisel.page.setRunning(false)")
+        assert page.locator(".exercise[aria-pressed=true]").inner_text().strip() == title

@@ -1,0 +1,97 @@
+"""Fits to a simulated record: kreisel.fit, SciPy's curve_fit and lmfit on the same data."""
+
+import math
+from functools import partial
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors.curve_fitters import FITTERS
+from ..competitors.timing import time_once
+from .budget import Task
+from .formatting import format_brief
+from .part import Part, write_csv
+
+TIMES = np.linspace(0.0, 5.0, 334)
+SHORT = 60  # number of times with the quick budget
+NOISE = 0.05  # standard deviation of the angular velocity [T^-1]
+SEED = 1
+OFF = 1.01  # factor of the guess of moments, lever and angular velocity
+MOMENT, LAST = 6, 8  # places of the first and the last moment among the parameters
+COLUMNS = ("name", "seconds", "moment", "error", "ratio", "messages")
+
+
+def make_scene(factor):
+    """Return a heavy asymmetric top with its values multiplied by `factor`."""
+    moments = np.array((1.0, 1.3, 0.6)) * (factor, 1.0 / factor, factor)
+    body = kr.Body(1.0, moments, com=(0.0, 0.0, 0.4 * factor), unphysical=True)
+    velocity = np.array((3.0, 2.0, 12.0)) * factor
+    attitude = np.array((0.9, 0.3, 0.2, 0.1))
+    attitude /= np.linalg.norm(attitude)
+    return kr.Scene(body, attitude=attitude, body_velocity=velocity, gravity=9.81)
+
+
+def make_record(times):
+    noise = np.random.default_rng(SEED).normal(size=(len(times), 3))
+    return kr.solve(make_scene(1.0), times).body_velocity + NOISE * noise
+
+
+def measure_fit(name, times, rounds):
+    """Return the first moment that one program finds, its error, and the time of the fit."""
+    values, guess = make_record(times), make_scene(OFF)
+    found, errors, messages = FITTERS[name](guess, times, values, NOISE)
+    call = partial(FITTERS[name], guess, times, values, NOISE)
+    error = errors[MOMENT]
+    return {
+        "name": name,
+        "seconds": min(time_once(call) for _ in range(rounds)),
+        "moment": float(found[MOMENT]),
+        "error": None if error is None or not math.isfinite(error) else float(error),
+        "ratio": float(found[MOMENT] / found[LAST]),
+        "messages": messages,
+    }
+
+
+def list_tasks(problems, budget, store):
+    times = TIMES[:SHORT] if budget.quick else TIMES
+    for name in FITTERS:
+        own, rounds = name == "kreisel", budget.rounds if name == "kreisel" else 1
+        yield Task(f"fits/{name}", partial(measure_fit, name, times, rounds), 0.2 if own else 20.0)
+
+
+def load_findings(problems, store):
+    return store.under("fits/")
+
+
+def build_context(rows):
+    truth = make_scene(1.0).body.moments
+    return {
+        "rows": rows,
+        "numbers": 3 * len(TIMES),
+        "truth": truth[0],
+        "ratio": truth[0] / truth[2],
+    }
+
+
+def conclude(rows):
+    seconds = {row["name"]: row["seconds"] for row in rows}
+    others = [name for name in seconds if name != "kreisel"]
+    if not others or "kreisel" not in seconds:
+        return ""
+    faster = min(seconds[name] for name in others) / seconds["kreisel"]
+    return (
+        f"kreisel.fit is at least {format_brief(faster)} times as fast as a fit with differences "
+        "of integrated equations, and it names what the record does not determine."
+    )
+
+
+PART = Part(
+    "fits",
+    "Fits",
+    "Fits to measurements",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda rows, about: [("fits.csv", write_csv(COLUMNS, rows))],
+)

@@ -1,0 +1,84 @@
+"""Times of one late state by closed forms on a torus, beside those of integrators."""
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import timing
+from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
+from ..references import reference
+from ..references.problems import attitude_error
+from .budget import Task
+from .formatting import format_milliseconds
+
+LATE, QUICK = 1e6, 1e3  # time of the state [T]
+PART = 0.1  # heyoka runs to this fraction of the time; its run time is proportional to the time
+EARLY = 1e-3  # the error is measured at this fraction of the time; 128 bits are slow
+ROUNDS = 3
+INTEGRATORS = "taylor", "heyoka"
+
+
+def make_closed_form(problem):
+    """Return the closed form of a top whose motion is on a torus, or None for all other tops."""
+    try:
+        form = kr.exact(problem.to_scene())
+    except ValueError:
+        return None
+    return form if isinstance(form, kr.ExactTorus) else None
+
+
+def late_key(problem):
+    return f"late/{problem.name}"
+
+
+def list_tasks(problem, budget):
+    if make_closed_form(problem):
+        weight = 0.5 if budget.quick else 12.0
+        yield Task(late_key(problem), lambda: measure_late_state(problem, budget.quick), weight)
+
+
+def measure_late_state(problem, quick):
+    """Measure the times of a state by all means, in interleaved runs [s]."""
+    t = QUICK if quick else LATE
+    form = make_closed_form(problem)
+    exact, taylor = (
+        KreiselRun(method, problem, t, setting)
+        for method, setting in (("exact", Setting()), ("taylor", Setting()))
+    )
+    heyoka = HeyokaRun(problem, PART * t, Setting(tol=EPS))
+    calls = exact.solve, lambda: form(t), taylor.solve, heyoka.solve
+    whole, state, series, part = timing.best_times(calls, ROUNDS)
+    (truth,) = reference.integrate_states(problem, [EARLY * t])
+    early = KreiselRun("exact", problem, EARLY * t, Setting()).attitude()
+    return {
+        "t": t,
+        "exact": whole,
+        "state": state,
+        "taylor": series,
+        "heyoka": part / PART,
+        "mismatch": form.mismatch,
+        "error": attitude_error(early, np.array(truth[:4], dtype=np.longdouble)),
+    }
+
+
+def round_ratio(ratio):
+    return f"{float(f'{ratio:.2g}'):,.0f}"
+
+
+def describe_late_state(found):
+    """Return a sentence about the times of a late state, or an empty string if there are none."""
+    if not found:
+        return ""
+    times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}
+    shown = {name: format_milliseconds(seconds) for name, seconds in times.items()}
+    whole = " and ".join(round_ratio(found[name] / found["exact"]) for name in INTEGRATORS)
+    state = " and ".join(round_ratio(found[name] / found["state"]) for name in INTEGRATORS)
+    return (
+        f"One state at t = {found['t']:g}: the closed form takes {shown['exact']} ms with its "
+        f"preparation and {shown['state']} ms without, taylor {shown['taylor']} ms, and heyoka "
+        f"about {shown['heyoka']} ms, scaled from a run to {PART:g} of this time. The integrators "
+        f"take {whole} times as long as the closed form with its preparation, and {state} times "
+        "as long as without. The closed form assumes an exact ratio of the moments. Those of this "
+        f"body miss the ratio by {found['mismatch']:.0e}, so the error grows in proportion to the "
+        f"time. At t = {EARLY * found['t']:g} it is {found['error']:.0e} rad relative to heyoka in "
+        "128 bit."
+    )

@@ -1,0 +1,202 @@
+"""The errors of kreisel.fit: how often the truth lies within 1, 2 and 3 of them.
+
+    python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
+
+Each kind of record is simulated from known scenes with normally distributed noise of 1 % of the
+signal, or of 0.01 rad. The fit begins at a scene with other moments, another centre of mass and
+another start, so that its first guess comes from the records. Only functions of the scene that the
+records determine are compared. Their errors are correlated, so one fit is one sample.
+"""
+
+import argparse
+import time
+from typing import NamedTuple
+
+import kreisel as kr
+import numpy as np
+from kreisel._fit.rotations import exponential, multiply_quaternions
+
+NOISE = 0.01  # standard deviation, relative to the signal or in radians
+LOST = 2.0  # chi2 per degree of freedom of a fit that missed the motion
+GRAVITY = 9.81
+BIAS = np.array((0.05, -0.1, 0.08))
+
+
+class Case(NamedTuple):
+    """A simulated measurement.
+
+    truth    the scene that moved
+    guess    the scene from which the fit begins
+    records  the records
+    free     the free parameters
+    compare  the functions of the scene that the records determine
+    loss     the loss of the fit
+    """
+
+    truth: kr.Scene
+    guess: kr.Scene
+    records: list[kr.Record]
+    free: tuple[str, ...]
+    compare: object
+    loss: str = "linear"
+
+
+def heavy_truth():
+    body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0.05, 0.1, 0.4), unphysical=True)
+    attitude = exponential(np.array([0.6, 0.3, 0.2]))
+    return kr.Scene(body, attitude=attitude, body_velocity=(3.0, 2.0, 12.0), gravity=GRAVITY)
+
+
+def heavy_case(records, moments=(1.0, 1.1, 1.2)):
+    body = kr.Body(1.0, moments, com=(0.0, 0.0, 0.3), unphysical=True)
+    guess = kr.Scene(body, body_velocity=(0.0, 0.0, 1.0), gravity=GRAVITY)
+    return Case(heavy_truth(), guess, records, ("start", "moments", "com"), heavy_ratios)
+
+
+def heavy_ratios(scene):
+    moments, com = np.array(scene.body.moments), np.array(scene.body.com)
+    return np.concatenate((moments[:2], com * scene.gravity)) / moments[2]
+
+
+def symmetric_truth():
+    body = kr.Body.symmetric(1.0, 1.0, 0.6, 0.4, unphysical=True)
+    return kr.Scene.spinning(body, spin=20.0, tilt=0.8, precession=0.5, gravity=GRAVITY)
+
+
+def symmetric_case(records):
+    body = kr.Body.symmetric(1.0, 1.7, 1.5, 0.4, unphysical=True)
+    guess = kr.Scene(body, body_velocity=(0.0, 0.0, 1.0), gravity=GRAVITY)
+    return Case(symmetric_truth(), guess, records, ("start", "moments"), symmetric_ratios)
+
+
+def symmetric_ratios(scene):
+    across = scene.body.moments[0]
+    along = kr.solve(scene, [0.0]).axial_momentum[0]
+    return np.array((scene.body.com[2] * scene.gravity / across, along / across))
+
+
+def add_noise(rng, values):
+    sigma = NOISE * float(np.std(values))
+    return values + sigma * rng.normal(size=values.shape), sigma
+
+
+def gyroscope(rng):
+    t = np.arange(500) * 0.01
+    values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).body_velocity)
+    return heavy_case([kr.Record(t, {"body_velocity": values}, sigma)])
+
+
+def attitudes(rng):
+    t = np.arange(300) * 0.02
+    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    q = multiply_quaternions(kr.solve(heavy_truth(), t).q, turns)
+    return heavy_case([kr.Record(t, {"q": q}, NOISE)])
+
+
+def velocity(rng):
+    """Simulate the velocity in space, which tells the principal axes only up to their order."""
+    t = np.arange(500) * 0.01
+    values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
+    return heavy_case([kr.Record(t, {"velocity": values}, sigma)], (1.1, 1.2, 1.0))
+
+
+def tip(rng):
+    t = np.arange(241) / 60.0
+    values = kr.solve(symmetric_truth(), t).apex + NOISE * rng.normal(size=(len(t), 3))
+    return symmetric_case([kr.Record(t, {"apex": values}, NOISE)])
+
+
+def angles(rng):
+    t = np.sort(rng.uniform(0.0, 4.0, 300))
+    path = kr.solve(symmetric_truth(), t)
+    sigma = {"nutation": NOISE, "precession_angle": NOISE / np.sin(path.nutation)}
+    values = {name: getattr(path, name) + rng.normal(size=len(t)) * sigma[name] for name in sigma}
+    return symmetric_case([kr.Record(t, values, sigma)])
+
+
+def two_clocks(rng):
+    """Simulate a gyroscope with a bias, and a camera whose clock is 0.012 ahead."""
+    t, late = np.arange(500) * 0.01, np.arange(150) / 30.0 + 0.02
+    values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).body_velocity)
+    drift = kr.Record(t, {"body_velocity": values + BIAS}, sigma, free="bias")
+    apex = kr.solve(heavy_truth(), late - 0.012).apex + NOISE * rng.normal(size=(len(late), 3))
+    return heavy_case([drift, kr.Record(late, {"apex": apex}, NOISE, free="delay")])
+
+
+def replace_rows(rng, record):
+    """Return the record with nonsense in 3 % of its rows."""
+    [series] = record.series
+    values, rows = series.values.copy(), rng.random(len(record.t)) < OUTLIERS
+    nonsense = rng.uniform(-1.0, 1.0, (int(rows.sum()), values.shape[1]))
+    values[rows] = nonsense * np.abs(values).max()
+    return kr.Record(record.t, {series.name: values}, series.sigma[0, 0])
+
+
+def tip_with_outliers(rng):
+    case = tip(rng)
+    return case._replace(records=[replace_rows(rng, case.records[0])], loss="soft")
+
+
+def gyroscope_with_outliers(rng):
+    case = gyroscope(rng)
+    return case._replace(records=[replace_rows(rng, case.records[0])], loss="soft")
+
+
+OUTLIERS = 0.03  # share of rows
+SIX = (gyroscope, attitudes, velocity, tip, angles, two_clocks)
+CASES = (*SIX, tip_with_outliers, gyroscope_with_outliers)
+KINDS = {case.__name__: case for case in CASES}
+
+
+class Coverage(NamedTuple):
+    """Deviations in standard deviations (n, k), chi2 per degree of freedom, times [ms], losses."""
+
+    deviations: np.ndarray
+    chi2: np.ndarray
+    milliseconds: np.ndarray
+    dof: int
+    lost: int
+
+    def shares(self):
+        """Return the shares of deviations within 1, 2 and 3 standard deviations."""
+        size = np.abs(self.deviations)
+        return [float((size < k).mean()) for k in (1.0, 2.0, 3.0)]
+
+
+def measure_coverage(kind, seeds):
+    """Fit records of one kind with `seeds` seeds."""
+    deviations, chi2, times, lost, dof = [], [], [], 0, 1
+    for seed in range(seeds):
+        case = KINDS[kind](np.random.default_rng(seed))
+        begin = time.perf_counter()
+        fit = kr.fit(case.guess, case.records, case.free, loss=case.loss)
+        times.append(1e3 * (time.perf_counter() - begin))
+        dof = fit.dof
+        if fit.chi2 > LOST * dof:
+            lost += 1
+            continue
+        found, error = fit.error_of(case.compare)
+        deviations.append((found - case.compare(case.truth)) / error)
+        chi2.append(fit.chi2 / dof)
+    return Coverage(np.array(deviations), np.array(chi2), np.array(times), dof, lost)
+
+
+def main():
+    """Print a row for each kind of record."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("kinds", nargs="*", choices=[*KINDS, []])
+    parser.add_argument("--seeds", type=int, default=1000)
+    given = parser.parse_args()
+    for kind in given.kinds or KINDS:
+        found = measure_coverage(kind, given.seeds)
+        shares = " ".join(f"{share:.4f}" for share in found.shares())
+        print(
+            f"{kind:<23} lost {found.lost}; within 1, 2, 3 sigma {shares}; "
+            f"chi2 {found.chi2.mean():.4f} +- {found.chi2.std():.4f} "
+            f"({np.sqrt(2.0 / found.dof):.4f} expected); {np.median(found.milliseconds):.0f} ms",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

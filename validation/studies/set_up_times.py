@@ -1,0 +1,84 @@
+"""Time and error of 'auto' and of the Taylor series at the shortest times with a closed form.
+
+Conclusion: the set-up times in kreisel/_options/closed_form_choice.py make 'auto' slower than the
+series for about one in a hundred random Kowalewski and Goryachev-Chaplygin tops. Its error is
+always smaller.
+
+    python -m validation.studies.set_up_times TOPS --seed 0 --errors 20
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+
+import kreisel as kr
+import numpy as np
+from kreisel._options import closed_form_choice
+
+RATIOS = {"kowalewski": 2.0, "goryachev_chaplygin": 4.0}
+REPEATS = 3
+
+
+def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
+    """Yield tops with random attitudes and with momenta from slow to fast."""
+    rng = np.random.default_rng(seed)
+    body = kr.Body(1.0, (RATIOS[kind], RATIOS[kind], 1.0), (1.0, 0.0, 0.0), unphysical=True)
+    for _ in range(n):
+        attitude = rng.normal(size=4)
+        momentum = rng.normal(size=3) * 10.0 ** rng.uniform(-1.5, 1.5)
+        if kind == "goryachev_chaplygin":  # integrable only for <m, e3> = 0
+            momentum[2] = 0.0
+        yield kr.Scene(body, momentum, attitude / np.linalg.norm(attitude))
+
+
+def measure_speed(scene: kr.Scene, end: float) -> float:
+    """Return the time of the series divided by that of 'auto', from the best of some repeats."""
+    best = {"auto": np.inf, "taylor": np.inf}
+    for name in ("auto", "taylor") * REPEATS:
+        begun = time.perf_counter()
+        kr.solve(scene, [end], name)
+        best[name] = min(best[name], time.perf_counter() - begun)
+    return best["taylor"] / best["auto"]
+
+
+def measure_accuracy(scene: kr.Scene, end: float) -> float:
+    """Return the error of the series divided by that of 'auto', from a series with 20 digits."""
+    truth = kr.solve(scene, [end], digits=20)
+    errors = [
+        float(kr.attitude_error(kr.solve(scene, [end], name).q, truth.q)[0])
+        for name in ("auto", "taylor")
+    ]
+    return errors[1] / max(errors[0], 2.0**-53)
+
+
+def main(argv: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.set_up_times", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("tops", type=int, help="number of tops of each kind")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--errors", type=int, default=20, help="number of tops with an error")
+    asked = parser.parse_args(argv)
+    for kind in RATIOS:
+        set_up = closed_form_choice._FORMS[kind].set_up
+        speeds, errors = [], []
+        for i, scene in enumerate(draw_scenes(kind, asked.tops, asked.seed)):
+            end = 1.02 * set_up / closed_form_choice._estimate_steps(scene, 1.0)
+            if kr.plan(scene, [end]).method != "exact":
+                continue
+            speeds.append(measure_speed(scene, end))
+            if i < asked.errors:
+                errors.append(measure_accuracy(scene, end))
+        least, low, median = np.quantile(speeds, [0.0, 0.01, 0.5])
+        print(
+            f"{kind}: {len(speeds)} of {asked.tops} tops by closed form; time of the series / time "
+            f"of auto: least {least:.2f}, 1 % below {low:.2f}, median {median:.1f}; error of the "
+            f"series / error of auto: least {min(errors):.0f}, median {np.median(errors):.0f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

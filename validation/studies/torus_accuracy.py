@@ -1,0 +1,206 @@
+"""The accuracy of the closed forms of Kowalewski and Goryachev-Chaplygin tops for random tops.
+
+    python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
+
+The tops are those of validation/benchmarks/kowalewski_speed.py, in units of their own time tau. The
+truth up to `--longest` tau is kreisel's Taylor series with 30 digits, at one time for each top,
+log-uniform from 0.1 tau and of either sign. A few tops are compared at later times, up to 1e6 tau.
+The conditioning of a state is the change caused by one rounding error of the start, 2^-53, in a
+random direction. The integrals are compared at times up to 1e6 tau.
+
+A second plan starts from a state of the 30-digit series, rounded to doubles. Both plans are
+compared at 1e6 tau, divided by the conditioning, because the rounded state has other frequencies.
+"""
+
+import argparse
+from collections import Counter
+from dataclasses import dataclass, field
+
+import kreisel as kr
+import numpy as np
+
+from ..benchmarks.kowalewski_speed import draw_top
+
+KINDS = {"kowalewski": (2, 2e-14), "goryachev_chaplygin": (4, 5e-14)}
+UNIT_ROUNDING = 2.0**-53
+NUDGE = 1e-10  # relative size of the perturbations that measure the conditioning
+LATE = 1e6  # latest time [tau]
+INTEGRALS = 5  # number of times at which the integrals are compared
+
+
+def differ(one, other, scale):
+    """Return the largest difference of two paths: attitudes [rad], and momenta over `scale`."""
+    p, q = one.q, other.q
+    near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
+    return float(np.max(np.maximum(apart, np.linalg.norm(one.m - other.m, axis=1) / scale)))
+
+
+def largest_momentum(scene):
+    """Return the largest momentum that the energy of a scene allows."""
+    start = kr.exact(scene)([0.0])
+    lever = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
+    return float(np.sqrt(2.0 * max(scene.body.inertia) * (abs(start.energy[0]) + 3.0 * lever)))
+
+
+def nudge(scene, rng, scale):
+    """Return a scene whose start differs by `NUDGE` in a random direction."""
+    turn = np.array([1.0, *(0.5 * NUDGE * rng.normal(size=3))])
+    w, x, y, z = scene.attitude
+    left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+    attitude, momentum = left @ turn, np.array(scene.momentum) + NUDGE * scale * rng.normal(size=3)
+    if scene.momentum[2] == 0.0:
+        momentum[2] = 0.0
+    return scene.replace(attitude=tuple(attitude / np.linalg.norm(attitude)), momentum=momentum)
+
+
+def condition(scene, t, rng, scale, solve):
+    """Return the largest change of the state at `t` for one rounding error of the start."""
+    path, most = solve(scene, [t]), 0.0
+    for _ in range(3):
+        change = differ(solve(nudge(scene, rng, scale), [t]), path, scale)
+        most = max(most, change / NUDGE * UNIT_ROUNDING)
+    return most
+
+
+def solve_with_30_digits(scene, t):
+    return kr.solve(scene, t, digits=30)
+
+
+def compare_with_series(scene, top, t, rng, scale, limit):
+    """Return the error at `t`, and the conditioning if the error is above the limit, else 0."""
+    error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
+    return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
+
+
+def drift_of_integrals(top, tau, rng, scale):
+    """Return the largest relative deviations of energy, vertical momentum, third integral."""
+    t = rng.choice([-1, 1], INTEGRALS) * 10.0 ** rng.uniform(0, np.log10(LATE), INTEGRALS) * tau
+    path = top(np.sort(np.concatenate([[0.0], t])))
+    body, zero = top.scene.body, np.searchsorted(np.sort(t), 0.0)
+    unit = scale / max(body.inertia)
+    is_kowalewski = max(body.inertia) < 3 * min(body.inertia)
+    third = path.kowalewski if is_kowalewski else path.goryachev_chaplygin
+    power = 4 if is_kowalewski else 3
+
+    def apart(values, size):
+        return float(np.max(np.abs(values - values[zero]))) / size
+
+    return (
+        apart(path.energy, scale * unit),
+        apart(path.m[:, 2], scale),
+        apart(third, unit**power),
+    )
+
+
+def compare_restarted(scene, top, tau, rng, scale):
+    """Return the difference of two plans of one motion at `LATE`, divided by the conditioning.
+
+    Returns None if the second plan is refused.
+    """
+    at = float(rng.uniform(1.0, 20.0) * tau)
+    begin = solve_with_30_digits(scene, [at])
+    momentum = (*begin.m[0, :2], scene.momentum[2])
+    moved = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
+    late = LATE * tau * float(rng.choice([-1, 1]))
+    try:
+        other = kr.exact(moved)
+        sensitive = condition(moved, late, rng, scale, lambda s, t: kr.exact(s)(t))
+    except ValueError:
+        return None
+    return differ(top([late + at]), other([late]), scale) / (1e-15 + sensitive)
+
+
+def describe(title, values, *limits):
+    """Print the distribution of values."""
+    values = np.array(values)
+    within = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
+    print(
+        f"{title}: median {np.median(values):.1e}, 99 % {np.quantile(values, 0.99):.1e}, "
+        f"worst {np.max(values):.1e}{within} ({len(values)} tops)",
+        flush=True,
+    )
+
+
+@dataclass
+class Findings:
+    """Results for the planned tops of one kind; `excess` has the tops above the limit."""
+
+    certificates: list = field(default_factory=list)
+    errors: list = field(default_factory=list)
+    excess: list = field(default_factory=list)
+    integrals: list = field(default_factory=list)
+    restarted: list = field(default_factory=list)
+    late: list = field(default_factory=list)
+
+
+def examine(number, scene, top, tau, chosen, limit, rng, found):
+    """Append the results for one planned top."""
+    scale = largest_momentum(scene)
+    found.certificates.append(top.certificate)
+    t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
+    error, sensitive = compare_with_series(scene, top, t, rng, scale, limit)
+    found.errors.append(error)
+    if error > limit:
+        found.excess.append((error, sensitive, top.certificate, t / tau, number))
+    found.integrals.append(drift_of_integrals(top, tau, rng, scale))
+    if number < chosen.restarted:
+        found.restarted.append(compare_restarted(scene, top, tau, rng, scale))
+    if number < chosen.late:
+        t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(4, 6) * tau)
+        found.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
+
+
+def print_findings(found, chosen, limit):
+    """Print the distributions of all results, and the tops above the limit."""
+    describe("certificate", found.certificates)
+    describe(f"error up to {chosen.longest:g} tau", found.errors, limit, 10 * limit)
+    for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
+        print(
+            f"  top {number} at {t:.3g} tau: error {error:.1e}, conditioning {sensitive:.1e}, "
+            f"certificate {certificate:.1e}, ratio {error / sensitive:.2g}"
+        )
+    names = ("energy", "vertical momentum", "third integral")
+    for name, values in zip(names, np.transpose(found.integrals), strict=True):
+        describe(f"{name} up to {LATE:g} tau", values)
+    met = [x for x in found.restarted if x is not None]
+    if met:
+        describe(f"second plan at {LATE:g} tau, over the conditioning", met, 1.0, 10.0)
+    print(f"  {len(found.restarted) - len(met)} second plans refused")
+    if found.late:
+        describe(f"error at 1e4 to {LATE:g} tau", found.late, limit)
+
+
+def measure(kind, chosen):
+    """Print refusals and errors of random tops of one kind."""
+    ratio, limit = KINDS[kind]
+    rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
+    for number in range(chosen.tops):
+        scene, tau = draw_top(rng, ratio)
+        try:
+            top = kr.exact(scene)
+        except ValueError as error:
+            refused[str(error).split(": ")[1]] += 1
+            continue
+        examine(number, scene, top, tau, chosen, limit, rng, found)
+    print(f"{kind}: {chosen.tops} tops, {sum(refused.values())} refused: {dict(refused)}")
+    print_findings(found, chosen, limit)
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.torus_accuracy", description=__doc__.split("\n")[0]
+    )
+    parser.add_argument("kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("--tops", type=int, default=10000)
+    parser.add_argument("--longest", type=float, default=1000.0)
+    parser.add_argument("--restarted", type=int, default=1000)
+    parser.add_argument("--late", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=7)
+    chosen = parser.parse_args(argv)
+    for kind in chosen.kinds:
+        measure(kind, chosen)
+
+
+if __name__ == "__main__":
+    main()
