@@ -1,6 +1,6 @@
 /* kreisel: motion of a rigid body that turns about a fixed point under gravity.
  *
- *     dm/dt = mass gravity e3 x a - D w,    dq/dt = w q / 2,    a = q com q*,    w = q J^-1 q* m
+ *     dm/dt = mass gravity e3 x a - D w,   dq/dt = w q / 2,   a = q com q*,   m = J w + rotor
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. The body has the frame of
  *          description, in which the user describes it, and the principal axes of inertia at the
@@ -72,7 +72,8 @@ extern "C" {
     X(ERR_DAMPING,     INPUT,     "the method does not apply to damped tops")                     \
     X(ERR_OPTION,      INPUT,     "the method does not offer the digits, the tangents or the "    \
                                   "skipped heading that are requested, or not together")          \
-    X(ERR_NO_EVENTS,   INPUT,     "the method does not find events; taylor does")
+    X(ERR_NO_EVENTS,   INPUT,     "the method does not find events; taylor does")                 \
+    X(ERR_ROTOR,       INPUT,     "the method does not apply to this body with a rotor")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -101,6 +102,9 @@ typedef struct kr_body {
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
      * given. At least 0 and less than 1; values below 1e-12 count as 1e-12. */
     double rounded;
+    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes
+     * [M L^2 T^-1]. It is a part of the momentum m. The moments include the rotors at rest. */
+    kr_vec3 rotor;
 } kr_body;
 
 typedef struct kr_state {
@@ -115,7 +119,8 @@ typedef struct kr_scene {
     kr_state start;
     /* Linear damping, as by air: the torque along each principal axis is -damping * angular
      * velocity. Not negative; 0 means no damping [M L^2 T^-1]. Strong damping costs no more steps
-     * than the slow motion that remains, except backward in time and with tangents. */
+     * than the slow motion that remains, unless there are tangents or a rotor, or time runs
+     * backward. */
     kr_vec3 damping;
 } kr_scene;
 
@@ -145,6 +150,8 @@ KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 
  * relative tolerance `rounded` (see kr_body.rounded). */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
+/* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
+KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if a distribution of mass with this inertia, mass and centre of mass exists, else 0.
@@ -155,7 +162,7 @@ KR_API int kr_body_is_physical(const kr_body *body);
 /* Kinds of tops: X(kind, name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
-    X(GENERAL,             "general")             /* none of the following kinds */               \
+    X(GENERAL,             "general")             /* also all rotors off the axis of symmetry */  \
     X(EULER,               "euler")               /* supported at its centre of mass */           \
     X(LAGRANGE,            "lagrange")            /* symmetric, com on the axis */                \
     X(KOWALEWSKI,          "kowalewski")          /* moments 2 : 2 : 1, com normal to the axis */ \
@@ -278,7 +285,8 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(SKIPS_HEADING,  4096, "skips_heading",  "can skip the rotation about the vertical")         \
     X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
     X(DAMPED,        16384, "damped",         "moves damped tops, too")                           \
-    X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")
+    X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
+    X(ROTORS,        65536, "rotors",         "moves bodies with rotors, too")
 /* clang-format on */
 enum {
 #define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
@@ -715,7 +723,8 @@ KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, siz
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
-    /* 2 * sqrt(I1 * mass * gravity * |com|) / I3 [T^-1]; an upright top with more spin sleeps. */
+    /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor) / I3 [T^-1], with the component of the rotor
+     * along the apex; an upright top with more spin sleeps. */
     double critical_spin;
     const char *motion_type;
     double private_[5];

@@ -14,6 +14,7 @@ typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     kr_vec3 damping;  /* the torque in the body is -damping * W; 0 unless KR_METHOD_DAMPED */
+    kr_vec3 rotor;    /* momentum of rotors relative to the body; 0 unless KR_METHOD_ROTORS */
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
@@ -134,6 +135,18 @@ struct kr_method {
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
+/* Returns M, a momentum in the body without a rotor, plus that of the rotor. */
+static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
+{
+    const kr_vec3 h = motion->rotor;
+    /* Adding 0 would change the sign of a negative zero. */
+    return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
+}
+/* Returns the angular velocity in the body, given the momentum M in the body. */
+static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
+{
+    return v_over(v_sub(M, motion->rotor), motion->inertia);
+}
 /* Returns the torque at attitude q: e3 x (q lever q*). */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {

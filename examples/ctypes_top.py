@@ -17,7 +17,9 @@ def structure(name, **members):
 
 Vec3 = structure("Vec3", x=c_double, y=c_double, z=c_double)
 Quat = structure("Quat", w=c_double, x=c_double, y=c_double, z=c_double)
-Body = structure("Body", mass=c_double, inertia=Vec3, com=Vec3, axes=Quat, rounded=c_double)
+Body = structure(
+    "Body", mass=c_double, inertia=Vec3, com=Vec3, axes=Quat, rounded=c_double, rotor=Vec3
+)
 State = structure("State", t=c_double, q=Quat, m=Vec3)
 Scene = structure("Scene", body=Body, gravity=c_double, start=State, damping=Vec3)
 Config = structure(

@@ -33,12 +33,12 @@ static doubles start_values(const tops &all, const std::string &name)
     return out;
 }
 
-// Makes bodies from mass, inertia (moments, or the rows of a matrix), com and inertia_rtol. Returns
-// the status and index of the first invalid body, whether each body is physical, and the blocks of
-// the bodies that are given by matrices.
+// Makes bodies from mass, inertia (moments, or the rows of a matrix), com, inertia_rtol and rotor.
+// Returns the status and index of the first invalid body, whether each body is physical, and the
+// blocks of the bodies that are given by matrices.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
-    const columns<4> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1});
+    const columns<5> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1, 3});
     const auto n = py::ssize_t(all.size()), width = py::ssize_t(sizeof(kr_body) / sizeof(double));
     py::array_t<bool> can_be(n);
     doubles blocks({are_matrices ? n : 0, width});
@@ -54,6 +54,7 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
             const kr_status status = kr_body_from_rounded_tensor(
                 numbers[0], are_matrices ? j : diagonal, {com[0], com[1], com[2]}, com[3], &body);
             if (status != KR_OK) found = {i, status};
+            kr_body_set_rotor(&body, {com[4], com[5], com[6]});
             can[i] = kr_body_is_physical(&body) != 0;
             if (are_matrices) to[i] = body;
         });

@@ -17,17 +17,21 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     if (!method || !method->reset || kr_body_check(body) != KR_OK) return 0;
     const unsigned flags = method->flags;
     const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
+    if (kr_body_has_rotor(body) && !(flags & KR_METHOD_ROTORS)) return 0;
     if (method->applies) return method->applies(body, kind);
     const kr_vec3 moments = kr_body_working(body).inertia;
     const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
     if (flags & KR_METHOD_LAGRANGE_ONLY)
         return kind == KR_KIND_LAGRANGE || (kind == KR_KIND_EULER && symmetric);
-    if (flags & KR_METHOD_SYMMETRIC_ONLY) return symmetric;
+    /* These methods need an exact drift. */
+    if (flags & KR_METHOD_SYMMETRIC_ONLY)
+        return symmetric && kr_body_is_rotor_axial(body, KR_KIND_RTOL);
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
 int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || !method->reset || kr_scene_check(scene) != KR_OK) return 0;
     if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED)) return 0;
+    if (kr_body_has_rotor(&scene->body) && !(method->flags & KR_METHOD_ROTORS)) return 0;
     return method->suits ? method->suits(scene) : kr_method_applies(method, &scene->body);
 }

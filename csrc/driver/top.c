@@ -55,11 +55,15 @@ static kr_status choose_units(kr_top *top)
     const double longer = top->time_unit / own.time; /* 1 for methods without KR_METHOD_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
+    if (kr_body_has_rotor(&top->scene.body))
+        top->main.rotor = v_scale(1.0 / top->momentum_unit, working.rotor);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (has_extended_digits(top)) top->method->extended->set_lever(top, own.moment);
-    return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
+    return isfinite(top->main.step) && v_finite(top->main.damping) && v_finite(top->main.rotor)
+               ? KR_OK
+               : KR_ERR_ARGUMENT;
 }
 /* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
  * Returns 0 if the state is not good, and then leaves the low words unchanged. */
@@ -228,6 +232,16 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
         (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
+/* Returns the status of a method that does not apply to a scene: KR_ERR_ROTOR if the method would
+ * apply without the rotor, else KR_ERR_METHOD. */
+static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
+{
+    kr_scene without = *scene;
+    without.body.rotor = v3(0.0, 0.0, 0.0);
+    const int is_due_to_rotor =
+        kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
+    return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
+}
 /* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
  * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
@@ -240,7 +254,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED))
         return KR_ERR_DAMPING;
-    if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
+    if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
 /* Starts a top from a checked scene, method and config. `low` has the low words of the start, or is

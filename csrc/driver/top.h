@@ -70,23 +70,23 @@ static inline void kr_event_reset_search(kr_event *event)
  * listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 256)             \
-    X(is_turned, 288)         X(time_unit, 296)      X(momentum_unit, 304)  X(forward, 312)       \
-    X(main, 320)           X(side, 568)           X(saved, 816)           X(steps, 1064)           \
-    X(saved_steps, 1072)    X(inspect_at, 1080)    X(before, 1088)        X(before_clock, 1152)    \
-    X(requested, 1160)         X(now, 1168)           X(low, 1232)
+    X(scene, 0)            X(method, 216)         X(config, 224)         X(axes, 280)             \
+    X(is_turned, 312)      X(time_unit, 320)      X(momentum_unit, 328)  X(forward, 336)          \
+    X(main, 344)           X(side, 616)           X(saved, 888)          X(steps, 1160)           \
+    X(saved_steps, 1168)   X(inspect_at, 1176)    X(before, 1184)        X(before_clock, 1248)    \
+    X(requested, 1256)     X(now, 1264)           X(low, 1328)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \
     X(tangents, 48)
 #define KR_SAVED_MOTION(X)                                                                        \
-    X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(step, 72)              \
-    X(tol, 80)             X(clock, 88)           X(stats, 96)           X(work, 128)             \
-    X(aux, 136)            X(skip_heading, 144)  X(digits, 148)         X(lever_low, 152)        \
-    X(low, 176)            X(scene, 240)
+    X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(rotor, 72)             \
+    X(step, 96)            X(tol, 104)            X(clock, 112)          X(stats, 120)            \
+    X(work, 152)           X(aux, 160)            X(skip_heading, 168)   X(digits, 172)           \
+    X(lever_low, 176)      X(low, 200)            X(scene, 264)
 /* clang-format on */
 
-/* Returns the working axes of `top`, and the inertia, com and damping along these axes. */
+/* Returns the working axes of `top`, and the inertia, com, damping and rotor along these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
 /* Returns the state `start` in working axes and internal units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);

@@ -13,7 +13,8 @@ enum {
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
-    const double largest = fmax(A.x, fmax(A.y, A.z)), turning = v_length(m) / largest,
+    const double largest = fmax(A.x, fmax(A.y, A.z)),
+                 turning = (v_length(m) + v_length(s->body.rotor)) / largest,
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }

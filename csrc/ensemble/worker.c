@@ -115,13 +115,15 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
 /* Dispatches a top without a closed form to a lane or to a scalar run. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
-    const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
+    const kr_scene *scene = &worker->tops->scenes[i];
+    const int damped = v_largest(scene->damping) > 0.0,
+              is_in_lane = !damped && !kr_body_has_rotor(&scene->body);
     kr_top *alone = worker->fallback ? worker->fallback : worker->exact_top;
-    if (damped && kr_worker_has_tangents(worker)) {
-        const kr_slot slot = {.top = i, .last = worker->tops->scenes[i].start};
+    if (!is_in_lane && kr_worker_has_tangents(worker)) {
+        const kr_slot slot = {.top = i, .last = scene->start};
         const kr_stats none = {0};
-        kr_worker_finish_top(worker, &slot, NULL, KR_ERR_DAMPING, none);
-    } else if (worker->isa && !damped && (!worker->is_section || kr_section_suits_lanes(worker)))
+        kr_worker_finish_top(worker, &slot, NULL, damped ? KR_ERR_DAMPING : KR_ERR_ROTOR, none);
+    } else if (worker->isa && is_in_lane && (!worker->is_section || kr_section_suits_lanes(worker)))
         kr_scheduler_add(worker, i);
     else
         kr_worker_run_scalar(worker, alone, i);

@@ -76,6 +76,15 @@ static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
 }
+/* Returns the coefficient n of the momentum in the body, in the units of the step. */
+static kr_vec3 momentum_coefficient(const step_view *v, int n)
+{
+    const kr_motion *motion = &v->top->main;
+    const kr_vec3 M = v_times(motion->inertia, v3(v->w[n][1], v->w[n][2], v->w[n][3]));
+    return n == 0 && kr_body_has_rotor(&v->top->scene.body)
+               ? v_axpy(1.0 / v->rate, motion->rotor, M)
+               : M;
+}
 /* Sets all elements of `s` to 0 except those of the coefficients. */
 static void clear_padding(const step_view *v, padded_series s)
 {
@@ -126,8 +135,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         memset(right[i], 0, sizeof right[i]);
     }
     for (int n = 0; n <= v->order; n++) {
-        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
-        const kr_vec3 m = v_scale(factor, v_times(v->top->main.inertia, W));
+        const kr_vec3 m = v_scale(factor, momentum_coefficient(v, n));
         set_coefficients(q, n, attitude_coefficient(v, n));
         set_coefficients(left, n, multiply_by_axis(axis, attitude_coefficient(v, n)));
         set_coefficients(M[0], n, q4(m.x, v3(m.y, m.z, 0.0)));
@@ -148,9 +156,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     padded_series P[4], M[4];
     for (int i = 0; i < 4; i++) clear_padding(v, P[i]), clear_padding(v, M[i]);
     for (int n = 0; n <= v->order; n++) {
-        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
         set_coefficients(P, n, q4(0.0, v3(v->x[n][5], v->x[n][6], v->x[n][7])));
-        set_coefficients(M, n, pure_quaternion(v_scale(factor, v_times(v->top->main.inertia, W))));
+        set_coefficients(M, n, pure_quaternion(v_scale(factor, momentum_coefficient(v, n))));
     }
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
@@ -174,7 +181,7 @@ static void add_m(const step_view *v, double factor, int axis, double *c)
         return;
     }
     const kr_vec3 e = unit_vector(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
-    const kr_vec3 M = v_times(motion->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
+    const kr_vec3 M = momentum_coefficient(v, 0);
     const kr_quat q = attitude_coefficient(v, 0);
     double torque[ROOM];
     c[0] +=
@@ -199,8 +206,11 @@ static void add_body_velocity(const step_view *v, double factor, int axis, doubl
 }
 static void add_body_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    const kr_vec3 weight = v_times(v->top->main.inertia, q_vec(described_axis(v, axis)));
+    const kr_vec3 along = q_vec(described_axis(v, axis)),
+                  weight = v_times(v->top->main.inertia, along);
     add_of_velocity(v, q_scale(factor, pure_quaternion(weight)), c);
+    if (kr_body_has_rotor(&v->top->scene.body))
+        c[0] += factor / v->rate * v_dot(along, v->top->main.rotor);
 }
 static void add_body_vertical(const step_view *v, double factor, int axis, double *c)
 {
@@ -234,15 +244,16 @@ static void add_component(const step_view *v, double factor, int number, double 
 /* Returns an upper bound of the size of a component, relative to its unit. The unit of rates fits
  * rotations about the axis of the smallest moment. About the other axes, the energy of a thin body
  * allows much slower rotations only. */
-static double component_bound(const kr_top *top, int number)
+static double component_bound(const kr_top *top, double rate, int number)
 {
+    const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
     const kr_vec3 root = v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
     const kr_component component = kr_component_of(number);
     kr_vec3 most = root, along = top->apex;
     if (number == KR_COMPONENT_ONE) return 1.0;
-    if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A));
+    if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A)) + rotor;
     if (component.quantity == KR_QUANTITY_body_momentum)
         most = v_times(A, root);
     else if (component.quantity != KR_QUANTITY_body_velocity &&
@@ -250,7 +261,8 @@ static double component_bound(const kr_top *top, int number)
         return 1.0;
     if (component.quantity != KR_QUANTITY_spin)
         along = q_turn_back(top->axes, unit_vector(component.axis));
-    return fmin(1.0, v_dot(most, v3(fabs(along.x), fabs(along.y), fabs(along.z))));
+    const double size = fmin(1.0, v_dot(most, v3(fabs(along.x), fabs(along.y), fabs(along.z))));
+    return component.quantity == KR_QUANTITY_body_momentum ? size + rotor : size;
 }
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[])
@@ -258,7 +270,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
     double size = 0.0;
     for (size_t i = 0; i < n; i++)
         size += fabs(term_factor(top, piece->rate, &terms[i])) *
-                component_bound(top, terms[i].first) * component_bound(top, terms[i].second);
+                component_bound(top, piece->rate, terms[i].first) *
+                component_bound(top, piece->rate, terms[i].second);
     return size;
 }
 /* Adds the terms from `t` up to `end`, which have the same first component. */
@@ -300,8 +313,11 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
     const kr_quat q = q4(p->end_x[0], v3(p->end_x[1], p->end_x[2], p->end_x[3])),
                   dq = q_scale(0.5, q_mul(q, pure_quaternion(W)));
     const kr_vec3 drag = v_scale(-1.0 / p->rate, v_times(top->main.damping, W));
+    const kr_vec3 rotor = v_scale(1.0 / p->rate, top->main.rotor),
+                  M = kr_body_has_rotor(&top->scene.body) ? v_add(v_times(A, W), rotor)
+                                                          : v_times(A, W);
     const kr_vec3 dP = v_cross(P, W), gravity = v_cross(P, lever),
-                  torque = v_add(v_add(v_cross(v_times(A, W), W), gravity), drag);
+                  torque = v_add(v_add(v_cross(M, W), gravity), drag);
     const double x[2][8] = {{q.w, q.x, q.y, q.z, 0.0, P.x, P.y, P.z},
                             {dq.w, dq.x, dq.y, dq.z, 0.0, dP.x, dP.y, dP.z}};
     const double w[2][4] = {{0.0, W.x, W.y, W.z},

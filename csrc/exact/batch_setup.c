@@ -67,7 +67,7 @@ static void analyse_body(const kr_body *body, body_data *known)
         kr_body_check(body) == KR_OK && kr_body_kind(body, KR_KIND_RTOL) == KR_KIND_LAGRANGE;
     if (!known->fits) return;
     known->working = kr_body_working(body);
-    known->fits = !known->working.tilted;
+    known->fits = !known->working.tilted && !kr_body_has_rotor(body);
     const kr_pull pull = kr_scene_pull(&scene, body->com);
     const kr_quat axes = q_unit(q_mul(body->axes, known->working.axes));
     known->mass = pull.mass;

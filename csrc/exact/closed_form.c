@@ -6,13 +6,15 @@
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed form of a Lagrange top, in internal units. */
-static kr_exact_form lagrange_closed_form(const exact_top *top)
+/* Returns the closed form of a Lagrange top, in internal units. An axial rotor only adds a constant
+ * rate to the rotation about the axis. `half_turn` is half of this rate. */
+static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
     setting s;
     s.top = below ? seen_from_below(top) : *top;
     begin_setting(&s);
+    if (half_turn.hi != 0.0) s.half_spin = dd_add(s.half_spin, half_turn);
     if (is_resting_at_pole(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
         memset(&s.exact, 0, sizeof s.exact);
@@ -36,24 +38,25 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     described_top top;
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    const kr_kind kind =
-        scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
+    const kr_kind kind = kr_scene_kind(scene);
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
     if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    kr_exact_form made =
-        top.own.lever.hi == 0.0 ? euler_closed_form(&top.own) : lagrange_closed_form(&top.own);
+    kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
+                                                 : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* Extreme moments may lead to rates beyond the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;
 }
-/* Returns 1 if the body is symmetric about the direction of its centre of mass. */
+/* Returns 1 if the body, with its rotor, is symmetric about the direction of its centre of mass. */
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
-    const kr_vec3 i = body->inertia;
+    const kr_vec3 i = body->inertia, h = body->rotor;
+    const double across = fmax(fabs(h.x), fabs(h.y));
+    if (kind == KR_KIND_EULER && across > KR_KIND_RTOL * v_largest(h)) return 0;
     return kind == KR_KIND_LAGRANGE ||
            (kind == KR_KIND_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
 }
@@ -69,7 +72,9 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     if (status != KR_OK) return status;
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
-    kr_turning_form r = turning_downwards(&top.own);
+    kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
+    /* The rotor and the spin have equal or opposite effects. */
+    r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);
     memcpy(out, &r, sizeof r);

@@ -81,26 +81,30 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
- * or any motion of a body with two equal moments. Returns 0 for all other motions. */
+ * or any motion of a body with two equal moments. Returns 0 for all other motions. An axial rotor
+ * adds a constant rate to the rotation about axis 3 of a body whose first two moments are equal.
+ * `half_turn` is half of this rate. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
-                                dd square, kr_quat q, kr_quat left)
+                                dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
     /* Smaller components count as zero, because their squares are negligible. */
     const double least = 1e-75 * size.hi;
+    const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
-    for (int i = 0; i < 3; i++) still += fabs(m[i].hi) <= least;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) still += !has_rotor && fabs(m[i].hi) <= least;
+    for (int i = 0; i < 3 && !has_rotor; i++)
         if (still >= 2 ? fabs(m[i].hi) > least : inertia[(i + 1) % 3] == inertia[(i + 2) % 3])
             k = i;
     const dd across = dd_of(still >= 2 ? inertia[k] : inertia[(k + 1) % 3]);
     if (still < 2 && inertia[(k + 1) % 3] != inertia[(k + 2) % 3]) return 0;
-    const dd half_turn = dd_half(dd_div(size, across));
-    const dd half_spin = dd_half(
+    const dd half_precession = dd_half(dd_div(size, across));
+    dd half_spin = dd_half(
         dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
+    if (has_rotor) half_spin = dd_add(half_spin, half_turn);
     const kr_quat axis = frame_of(k, (k + 2) % 3, 0);
-    steady_closed_form(exact, q_mul(q_mul(q_conj(left), q), axis), dd_add(half_turn, half_spin),
-                       dd_sub(half_turn, half_spin));
+    steady_closed_form(exact, q_mul(q_mul(q_conj(left), q), axis),
+                       dd_add(half_precession, half_spin), dd_sub(half_precession, half_spin));
     set_frame(exact, left, q_conj(axis));
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
@@ -216,10 +220,14 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
      * along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body without torque, in internal units. */
-static kr_exact_form euler_closed_form(const exact_top *top)
+/* Returns the closed form of a body without torque, in internal units. `half_turn` is as in
+ * set_up_steady_motion. */
+static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
 {
-    const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};
+    const double pair = 0.5 * (top->inertia.x + top->inertia.y);
+    const int has_rotor = half_turn.hi != 0.0;
+    const double moments[3] = {has_rotor ? pair : top->inertia.x, has_rotor ? pair : top->inertia.y,
+                               top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
     const kr_quat q = rounded(top->q);
     kr_exact_form exact = {0};
@@ -227,7 +235,7 @@ static kr_exact_form euler_closed_form(const exact_top *top)
     turned_back(top->q, m, body);
     exact.constant = top->m;
     const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(rotation_to_e3(top->m));
-    if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), q, left)) {
+    if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), half_turn, q, left)) {
         const body_axes a = body_axes_of(moments, body);
         set_up_asymmetric_motion(&exact, &a, q, left);
     }

@@ -39,11 +39,6 @@ static const kr_torus_form *find_torus_form(kr_kind kind)
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the kind of a scene's top. Without gravity, every top is a free body. */
-static kr_kind kind_under_gravity(const kr_scene *scene)
-{
-    return scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
-}
 /* Returns the number of doubles that a top needs after its kr_exact_form: a plan, and the memory in
  * which a new plan is set up. */
 static size_t torus_doubles(const kr_torus_form *form)
@@ -52,7 +47,7 @@ static size_t torus_doubles(const kr_torus_form *form)
 }
 static size_t extra_doubles_of(const kr_scene *scene)
 {
-    const kr_torus_form *form = find_torus_form(kind_under_gravity(scene));
+    const kr_torus_form *form = find_torus_form(kr_scene_kind(scene));
     return form ? torus_doubles(form) : 0;
 }
 size_t kr_exact_extra_doubles(void)
@@ -86,7 +81,7 @@ static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* `start` was rounded by the conversion to working axes; the scene was not. */
-    const kr_torus_form *form = find_torus_form(kind_under_gravity(motion->scene));
+    const kr_torus_form *form = find_torus_form(kr_scene_kind(motion->scene));
     const kr_status status =
         form ? reset_torus(motion, form)
              : kr_exact_plan_own_units(motion->scene, (kr_exact_form *)motion->work);
@@ -100,7 +95,7 @@ static int exact_applies(const kr_body *body, kr_kind kind)
 }
 static int exact_suits(const kr_scene *scene)
 {
-    const kr_kind kind = kind_under_gravity(scene);
+    const kr_kind kind = kr_scene_kind(scene);
     const kr_torus_form *form = find_torus_form(kind);
     if (form) return !form->suits || form->suits(scene);
     return exact_applies(&scene->body, kind) && kr_exact_resolves(scene);
@@ -140,8 +135,8 @@ const kr_method kr_method_exact = {
     .conserves = "all integrals",
     .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901",
     .order = 0,
-    .flags =
-        KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC | KR_METHOD_INTEGRABLE,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC |
+             KR_METHOD_INTEGRABLE | KR_METHOD_ROTORS,
     .applies = exact_applies,
     .suits = exact_suits,
     .work = sizeof(kr_exact_form) / sizeof(double),

@@ -11,6 +11,7 @@
 /* A top in internal units, and the conversion back. */
 typedef struct described_top {
     exact_top own;
+    dd half_turn; /* half of -rotor / I3, by which the rotor changes the rate of the spin */
     kr_quat axes; /* working axes -> frame of description */
     kr_units units;
 } described_top;
@@ -33,6 +34,20 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
+/* Returns half of the rate -rotor / I3 in internal units. In tilted axes the components of the
+ * rotor are rounded, but its length is not. */
+static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
+{
+    const double scale = units->time, per_moment = 1.0 / units->moment;
+    const kr_vec3 h = v_scale(scale, v_scale(per_moment, b->rotor));
+    const double along = drop_tiny_momentum(scale * (per_moment * w->rotor.z));
+    dd size = dd_of(along);
+    if (w->tilted && along != 0.0) {
+        const dd xyz[3] = {dd_of(h.x), dd_of(h.y), dd_of(h.z)};
+        size = dd_scale(along < 0.0 ? -1.0 : 1.0, dd_sqrt(dd_dot(xyz, xyz)));
+    }
+    return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
+}
 /* Converts a valid scene to the working axes and units of the closed form. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
@@ -66,6 +81,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
     own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
+    top->half_turn = half_turn_of_rotor(&scene->body, &w, &top->units);
     return KR_OK;
 }
 /* Converts the closed form to the frame of description and the user's units; `unit` is the internal

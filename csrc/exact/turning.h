@@ -2,9 +2,9 @@
  * its precession. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
- * pole. A free body is treated as a top with u3 at infinity, because only g u3 is used. This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A free body is
+ * treated as a top with u3 at infinity, because only g u3 is used. This header is compiled once for
+ * each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
@@ -80,28 +80,29 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
 /* Returns the members of the result that do not depend on the turning heights, in internal units,
- * for gravity that points downwards. */
-static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1)
+ * for gravity that points downwards. `rotor` is the rate h / I3 of an axial rotor. */
+static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
 {
     kr_turning_form r = {0};
     const double axial = i1.hi * dd_half(dd_sub(s->sum, s->difference)).hi;
     r.inertia = i1.hi;
     r.sum = i1.hi * s->sum.hi;
     r.difference = i1.hi * s->difference.hi;
-    r.axial_energy = axial * axial / (2.0 * top->inertia.z);
+    const double own = axial - rotor * top->inertia.z;
+    r.axial_energy = own * own / (2.0 * top->inertia.z);
     r.lever = top->lever.hi;
     r.critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z;
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
 /* Returns the turning points of a top whose lever is not negative, in internal units. Times are
- * measured from the start. */
-static kr_turning_form turning_downwards(const exact_top *top)
+ * measured from the start. `rotor` is as in turning_of_body. */
+static kr_turning_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
-    kr_turning_form r = turning_of_body(top, &s, i1);
+    kr_turning_form r = turning_of_body(top, &s, i1, rotor);
     if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;

@@ -1,11 +1,11 @@
 /* GSL's Runge-Kutta pair of Prince and Dormand and GSL's semi-implicit Bulirsch-Stoer method, as
  * references. They integrate
- *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
+ *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
  * where W and P are the components of the angular velocity and the vertical along the axes of the
- * body. The methods conserve nothing. This file uses GSL's step and control, and replaces
- * gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is exactly the difference of
- * the times at its ends. The end time may be infinite, and a failed step does not change the
- * state. */
+ * body, and h is the momentum of the rotor. The methods conserve nothing. This file uses GSL's step
+ * and control, and replaces gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is
+ * exactly the difference of the times at its ends. The end time may be infinite, and a failed step
+ * does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -54,7 +54,8 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     kr_motion *motion = params;
     const kr_quat q = ode_attitude(y);
     const kr_vec3 W = ode_velocity(y), I = motion->inertia;
-    const kr_vec3 torque = v_add(v_cross(v_times(I, W), W), v_cross(q_vertical(q), motion->lever));
+    const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)),
+                  torque = v_add(v_cross(M, W), v_cross(q_vertical(q), motion->lever));
     (void)t;
     put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
@@ -75,7 +76,8 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
                       spin = q_mul(q, q4(0.0, ode_velocity(along)));
         const kr_vec3 dW = ode_velocity(along),
                       dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
-        const kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(v_times(I, W), dW));
+        const kr_vec3 M = motion_add_rotor(motion, v_times(I, W)),
+                      gyration = v_add(v_cross(v_times(I, dW), W), v_cross(M, dW));
         put_vector_at(column,
                       q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
                       v_over(v_add(gyration, v_cross(dP, motion->lever)), I));
@@ -114,7 +116,7 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         }
     }
     gsl_odeiv2_step_reset(((tools *)motion->aux)->step);
-    put_vector_at(p->y, start->q, v_over(q_turn_back(start->q, start->m), motion->inertia));
+    put_vector_at(p->y, start->q, motion_velocity(motion, q_turn_back(start->q, start->m)));
     p->h = motion->step != 0.0 ? motion->step : 1e-3;
     return kr_gsl_rates(0.0, p->y, p->rate, motion) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
 }
@@ -127,9 +129,12 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-static double longest_step(const kr_motion *motion, double rate)
+/* Returns the longest step at the angular velocity W. A body carries its rotor about at the rate
+ * |h| / I. */
+static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
+    const double rate = v_length(W) + v_length(motion->rotor) / fmin(I.x, fmin(I.y, I.z));
     const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
@@ -154,7 +159,7 @@ static kr_status ode_step(kr_motion *motion, double until)
     ode_work *p = (ode_work *)motion->work, next = *p;
     /* In doubles, no step can meet a tolerance below the rounding error. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
-    const double longest = longest_step(motion, v_length(ode_velocity(p->y)));
+    const double longest = longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
         if (fabs(next.h) > longest) next.h = copysign(longest, next.h);
         const int lands =
@@ -177,7 +182,8 @@ static void ode_read(const kr_motion *motion, kr_state *s)
 {
     const ode_work *p = (const ode_work *)motion->work;
     s->q = q_unit(ode_attitude(p->y));
-    s->m = q_turn(s->q, v_times(motion->inertia, ode_velocity(p->y)));
+    const kr_vec3 M = v_times(motion->inertia, ode_velocity(p->y));
+    s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
 
 const kr_method kr_method_gsl_rk8pd = {
@@ -186,7 +192,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .conserves = "nothing",
     .reference = "Prince and Dormand 1981; GSL 2.7",
     .order = 8,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_rk8pd,
     .step = ode_step,
@@ -199,7 +205,7 @@ const kr_method kr_method_gsl_bsimp = {
     .conserves = "nothing",
     .reference = "Bader and Deuflhard 1983; GSL 2.7",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT | KR_METHOD_ROTORS,
     .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_bsimp,
     .step = ode_step,

@@ -1,14 +1,15 @@
 /* Extrapolation with control of order and step (extrapolation.h), on Kirchhoff's equations in the
  * body (Bodack 2008, 3.4) and the equations of the other two axes of space:
- *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,   W = J^-1 M
- * with the momentum M, the angular velocity W, the lever L, and the axes E1, E2, E3 of space. All
- * have components along the axes of the body. There are twelve equations, as many as in the rest
- * frame (extrap.c), so that both forms can be compared. The method conserves nothing. */
+ *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
+ * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
+ * lever L, and the axes E1, E2, E3 of space. All have components along the axes of the body. There
+ * are twelve equations, as many as in the rest frame (extrap.c), so that both forms can be
+ * compared. The method conserves nothing. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    return v_over(v_of(y), motion->inertia);
+    return motion_velocity(motion, v_of(y));
 }
 /* Rotates a vector from the body into space. */
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
@@ -73,7 +74,7 @@ const kr_method kr_method_extrap_kirchhoff = {
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_ROTORS,
     .work = GBS_WORK,
     .reset = kirchhoff_reset,
     .step = kirchhoff_step,

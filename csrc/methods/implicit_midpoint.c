@@ -1,8 +1,9 @@
 /* The implicit midpoint rule on (q, m), for comparison on stiff scenes:
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the angular velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint (its components in the
- * body), the centre of mass a_ at the midpoint, the mass M, and the vector p of gravity. The
+ * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint (its components in the
+ * body), the momentum h of the rotor, the centre of mass a_ at the midpoint, the mass M, and the
+ * vector p of gravity. The
  * equation is solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method
  * conserves |q| and <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and
  * O(h^2). */
@@ -19,7 +20,7 @@ typedef struct {
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
-    kr_vec3 residual; /* J V - M */
+    kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
 /* Returns the attempted step with the guess V. M and P are the momentum and the vertical at the
@@ -30,7 +31,7 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     const kr_quat r = q_unit(q4(1.0, a.y));
     a.P = q_turn_back(r, P);
     a.M = v_axpy(0.5 * motion->step, v_cross(a.P, motion->lever), q_turn_back(r, M));
-    a.residual = v_sub(v_times(motion->inertia, V), a.M);
+    a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
 /* Returns the correction to be subtracted from the guess V, by Newton's method. Each column of the
@@ -53,17 +54,17 @@ static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 static kr_status midpoint_reset(kr_motion *motion, const kr_state *start)
 {
     midpoint_state *p = (midpoint_state *)motion->work;
-    const kr_vec3 M = q_turn_back(start->q, start->m), I = motion->inertia;
     p->q = start->q;
     p->m = start->m;
-    p->V = v_over(M, I);
+    p->V = motion_velocity(motion, q_turn_back(start->q, start->m));
     return KR_OK;
 }
 static kr_status midpoint_step(kr_motion *motion, double until)
 {
     midpoint_state *p = (midpoint_state *)motion->work;
     const kr_vec3 M = q_turn_back(p->q, p->m), P = q_vertical(p->q);
-    const double size = v_largest(M) + fabs(motion->step) * v_largest(motion->lever);
+    const double size =
+        v_largest(M) + v_largest(motion->rotor) + fabs(motion->step) * v_largest(motion->lever);
     const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * size;
     kr_vec3 V = p->V;
     (void)until;
@@ -96,7 +97,7 @@ const kr_method kr_method_implicit_midpoint = {
     .conserves = "<m,p>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
-    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC | KR_METHOD_ROTORS,
     .work = sizeof(midpoint_state) / sizeof(double),
     .reset = midpoint_reset,
     .step = midpoint_step,

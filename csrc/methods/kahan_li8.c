@@ -14,8 +14,8 @@ const kr_method kr_method_kahan_li8 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 8,
-    .flags =
-        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS,
     .work = COMPOSED_WORK,
     .reset = kahan_li8_reset,
     .step = composed_step,

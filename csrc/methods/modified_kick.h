@@ -3,7 +3,8 @@
  * with the lever A. It is the kick of a modified potential: the potential minus h^2/24 <torque,
  * J^-1 torque>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
  * conjugating map, called processor, is the flow of G = k d(potential)/dt with the rates
- *     Om = k J^-1 (A x P),   dm = q (k P x (J^-1 M x A)) q*   (Om, M, P: seen from the body)
+ *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
+ * (Om, W, M, P: seen from the body; h: momentum of the rotor)
  * evaluated at the midpoint, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The
  * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and for a
  * Lagrange top also the axial momentum. */
@@ -17,6 +18,7 @@ enum { PROCESSOR_MOST = 40 };
 typedef struct modified_kick {
     kr_vec3 lever;
     kr_vec3 inverse; /* reciprocal moments */
+    kr_vec3 rotor;   /* momentum of the rotor */
     double h, k;
     int lagrange; /* nonzero: the body is a Lagrange top */
 } modified_kick;
@@ -27,7 +29,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     const double h = motion->step;
     const int lagrange = motion->lever.x == 0.0 && motion->lever.y == 0.0 &&
                          fabs(I.y - I.x) <= 4.0 * DBL_EPSILON * I.y;
-    const modified_kick kick = {motion->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z), h,
+    const modified_kick kick = {motion->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z),
+                                motion->rotor, h,
                                 -h * h / 12.0, lagrange};
     return kick;
 }
@@ -55,16 +58,17 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
     return v_add(m, modified_kick_push(kick, q, part));
 }
 /* Returns 1 if the rotation of the top in a step is at most `most` [rad], at the largest rate that
- * its energy allows. */
+ * its energy allows, and at the rate with which a body carries its rotor about. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
-    const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
+    const kr_vec3 M = v_sub(q_turn_back(start->q, start->m), kick->rotor), A = kick->lever;
     /* potential energy of the start minus the smallest potential energy */
     const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
-    return kick->h * kick->h * rate2 <= most * most;
+    const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
+    return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
 /* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
  * (smallest moment) is above 2, because the modification of the potential is not small then. If the
@@ -79,10 +83,10 @@ static inline kr_status modified_kick_process(const modified_kick *kick, double 
     for (int i = 0; i < PROCESSOR_MOST; i++) {
         const kr_vec3 last = turn, before = change;
         const kr_quat middle = q_mul(*q, q_exp(v_scale(0.5, turn)));
-        const kr_vec3 P = q_vertical(middle), M = q_turn_back(middle, v_axpy(0.5, change, *m));
+        const kr_vec3 P = q_vertical(middle), M = q_turn_back(middle, v_axpy(0.5, change, *m)),
+                      W = v_times(kick->inverse, v_sub(M, kick->rotor));
         turn = v_scale(k, v_times(kick->inverse, v_cross(kick->lever, P)));
-        change =
-            q_turn(middle, v_scale(k, v_cross(P, v_cross(v_times(kick->inverse, M), kick->lever))));
+        change = q_turn(middle, v_scale(k, v_cross(P, v_cross(W, kick->lever))));
         if (v_largest(v_sub(turn, last)) <= DBL_EPSILON &&
             v_largest(v_sub(change, before)) <= DBL_EPSILON * v_largest(*m)) {
             *q = q_mul(*q, q_exp(turn));

@@ -2,6 +2,7 @@
  * mass M, gravity p, the centre of mass a, and the angular velocity w, all in space,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
+ * The momentum h of a rotor, h_N N + h_B B + h_T T, is added to A w.
  * These equations do not enforce |N| = 1 and N.B = 0. After numerical integration, (N, B, T) is
  * therefore orthonormal only up to the error of the method. */
 #ifndef KR_REST_FRAME_H
@@ -14,8 +15,9 @@ static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double 
 {
     const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9),
                   I = motion->inertia;
-    return v_axpy(I.x * v_dot(w, N), N,
-                  v_axpy(I.y * v_dot(w, B), B, v_scale(I.z * v_dot(w, T), T)));
+    const kr_vec3 M =
+        motion_add_rotor(motion, v3(I.x * v_dot(w, N), I.y * v_dot(w, B), I.z * v_dot(w, T)));
+    return v_axpy(M.x, N, v_axpy(M.y, B, v_scale(M.z, T)));
 }
 
 static inline kr_vec3 rest_frame_velocity(const kr_motion *motion, const double y[REST_FRAME])
@@ -42,8 +44,8 @@ static inline void rest_frame_rates(kr_motion *motion, const double y[REST_FRAME
 static inline void rest_frame_begin(const kr_motion *motion, const kr_state *s,
                                     double y[REST_FRAME])
 {
-    const kr_vec3 I = motion->inertia, M = q_turn_back(s->q, s->m);
-    v_put(y, q_turn(s->q, v_over(M, I)));
+    const kr_vec3 M = q_turn_back(s->q, s->m);
+    v_put(y, q_turn(s->q, motion_velocity(motion, M)));
     v_put(y + 3, q_turn(s->q, v3(1.0, 0.0, 0.0)));
     v_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
     v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));

@@ -4,9 +4,12 @@
  * a rotation about m. It commutes with the flows of the other two kinetic parts. The drift of a
  * symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body needs four
  * rotations: about m, and about N, T and N again. The error of the drift is of third order in the
- * step. It is smallest if B is the axis of the middle moment. The rounding error of each sum is
- * kept and added to the next sum (Kahan 1965). The rounding errors of the energy are then as small
- * as those of the changes of q and m, which are much smaller than those of q and m. */
+ * step. It is smallest if B is the axis of the middle moment. A rotor with the momentum h adds a
+ * constant rate to the rotation about each axis, -h_N / I_N about N, and then B needs a rotation,
+ * too. The drift of a symmetric body stays exact if the rotor is along T. The rounding error of
+ * each sum is kept and added to the next sum (Kahan 1965). The rounding errors of the energy are
+ * then as small as those of the changes of q and m, which are much smaller than those of q and
+ * m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -18,6 +21,8 @@ typedef struct splitting {
     double round;    /* step / I_B */
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
     double s, steps; /* Lagrange tops: half the rotation about T in a step; steps made */
+    kr_vec3 rotor;   /* half the rotation about each axis in a step that is due to the rotor */
+    double gyrostat; /* nonzero if `rotor` is not zero */
 } splitting;
 
 static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
@@ -26,14 +31,18 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
     const splitting fresh = {.q = start->q, .m = start->m, .round = motion->step / I.y};
     *s = fresh;
     s->t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y));
+    s->rotor = v_scale(-0.5 * motion->step, v_over(motion->rotor, I));
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
-    else if (motion->lever.x == 0.0 && motion->lever.y == 0.0) {
+    else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
+             s->rotor.y == 0.0) {
         /* This rotation is the same in each step and commutes with all others. It is therefore
          * applied only when a state is read. */
-        s->s = s->t * v_dot(start->m, q_axis(start->q));
+        s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
+        s->rotor.z = 0.0;
     }
+    s->gyrostat = v_largest(s->rotor);
 }
 
 /* Returns sum + change + low, and writes the rounding error of the result to `low`. */
@@ -111,10 +120,40 @@ static inline void splitting_rotate(splitting *s, const splitting_body *b, doubl
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
+/* Returns 1 if the drift of a body with a rotor is exact. */
+static inline int splitting_is_exact(const splitting *s)
+{
+    return s->n == 0.0 && s->rotor.x == 0.0 && s->rotor.y == 0.0;
+}
+/* Rotates a body with a rotor about N, B, T, B and N for the fraction `part` of a step. */
+static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, double part)
+{
+    const double half = 0.5 * part, middle = half * s->rotor.y;
+    splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
+                   &b->r.z);
+    splitting_turn(middle, &b->m.z, &b->m.x, &b->r.w, &b->r.y, &b->r.z, &b->r.x);
+    splitting_turn(part * (s->t * b->m.z + s->rotor.z), &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x,
+                   &b->r.y);
+    splitting_turn(middle, &b->m.z, &b->m.x, &b->r.w, &b->r.y, &b->r.z, &b->r.x);
+    splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
+                   &b->r.z);
+}
+/* Applies the drift of a body with a rotor. This function is not inline, so that the code of other
+ * bodies stays short. */
+static void splitting_drift_rotor(splitting *s, double part)
+{
+    splitting_body b = splitting_body_of(s);
+    splitting_turn_rotor(&b, s, part);
+    splitting_rotate(s, &b, part);
+}
 /* Applies a drift for the fraction `part` of a step. */
 static inline void splitting_drift(splitting *s, double part)
 {
     splitting_body b;
+    if (s->gyrostat != 0.0) {
+        splitting_drift_rotor(s, part);
+        return;
+    }
     if (s->t == 0.0 && s->n == 0.0) {
         splitting_rotate(s, NULL, part);
         return;

@@ -32,8 +32,8 @@ const kr_method kr_method_strang = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
-    .flags =
-        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS,
     .work = sizeof(splitting) / sizeof(double),
     .reset = strang_reset,
     .step = strang_step,

@@ -21,18 +21,25 @@ static kr_status takahashi_reset(kr_motion *motion, const kr_state *start)
     splitting_begin(&p->s, motion, start);
     p->kick = modified_kick_begin(motion);
     p->c = compose(SUZUKI4);
-    if (!p->kick.lagrange && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
+    const int is_exact = p->kick.lagrange && splitting_is_exact(&p->s);
+    if (!is_exact && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 0.5));
     return status;
 }
 static void takahashi_drift(takahashi_state *p)
 {
-    if (p->s.n == 0.0) {
+    if (splitting_is_exact(&p->s)) {
         splitting_drift(&p->s, 1.0);
         return;
     }
     splitting_body b = splitting_body_of(&p->s);
+    for (int i = 0; i < p->c.stages && p->s.gyrostat != 0.0; i++)
+        splitting_turn_rotor(&b, &p->s, p->c.drift[i]);
+    if (p->s.gyrostat != 0.0) {
+        splitting_rotate(&p->s, &b, 1.0);
+        return;
+    }
     splitting_turn_n(&b, p->c.ahead * p->s.n);
     for (int i = 0; i < p->c.stages; i++) {
         splitting_turn_t(&b, p->c.drift[i] * p->s.t);
@@ -71,8 +78,8 @@ const kr_method kr_method_takahashi_imada4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
-    .flags =
-        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
+             KR_METHOD_SPLITTING | KR_METHOD_ROTORS,
     .work = sizeof(takahashi_state) / sizeof(double),
     .reset = takahashi_reset,
     .step = takahashi_step,

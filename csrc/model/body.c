@@ -15,6 +15,7 @@ kr_status kr_body_check(const kr_body *b)
 {
     if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia))
         return KR_ERR_ARGUMENT;
+    if (!v_finite(b->rotor)) return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ARGUMENT;
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
@@ -69,7 +70,8 @@ static int is_spherical(const kr_body *b)
     const kr_vec3 i = b->inertia;
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
-kr_kind kr_body_kind(const kr_body *b, double rtol)
+/* Returns the kind that the body has if its rotor is at rest. */
+static kr_kind kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
     const int odd = odd_axis(b, rtol);
@@ -84,6 +86,27 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     if (is_equal(pair, 2.0 * lone, rtol)) return KR_KIND_KOWALEWSKI;
     if (is_equal(pair, 4.0 * lone, rtol)) return KR_KIND_GORYACHEV_CHAPLYGIN;
     return KR_KIND_GENERAL;
+}
+int kr_body_is_rotor_axial(const kr_body *b, double rtol)
+{
+    const int odd = odd_axis(b, rtol);
+    if (!kr_body_has_rotor(b)) return 1;
+    if (odd < 0) return 0;
+    if (is_spherical(b))
+        return v_largest(b->com) == 0.0 ||
+               v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
+    return fmax(fabs(component_at(b->rotor, (odd + 1) % 3)),
+                fabs(component_at(b->rotor, (odd + 2) % 3))) <= rtol * v_largest(b->rotor);
+}
+/* The closed forms and maps of a kind hold for bodies without rotors. A rotor along the axis of
+ * symmetry only changes the rotation about this axis, by the constant rate -rotor / I3. */
+kr_kind kr_body_kind(const kr_body *b, double rtol)
+{
+    const kr_kind kind = kind_without_rotor(b, rtol);
+    if (!kr_body_has_rotor(b)) return kind;
+    return (kind == KR_KIND_EULER || kind == KR_KIND_LAGRANGE) && kr_body_is_rotor_axial(b, rtol)
+               ? kind
+               : KR_KIND_GENERAL;
 }
 
 /* Permutes the components of `v` cyclically so that component `last` becomes the third. */
@@ -100,30 +123,46 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with T through the centre of mass. The given moments
- * belong to other axes, and are replaced by their mean. */
-static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
+/* Returns working axes of a spherical body, with T along `last`. The given moments belong to other
+ * axes, and are replaced by their mean. */
+static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
     const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
-    const kr_quat axes = q_tilt(v_unit(b->com));
-    const kr_working w = {axes, v3(mean, mean, mean), q_turn_back(axes, b->com), damping, 1};
+    const kr_quat axes = q_tilt(v_unit(last));
+    const kr_working w = {.axes = axes,
+                          .inertia = v3(mean, mean, mean),
+                          .com = q_turn_back(axes, b->com),
+                          .damping = damping,
+                          .rotor = q_turn_back(axes, b->rotor),
+                          .tilted = 1};
     return w;
 }
 kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
 {
-    const kr_working w = {q_one(), b->inertia, b->com, damping, 0};
+    const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
+    return w;
+}
+/* Returns working axes without the components of an axial rotor across T, which are rounding
+ * errors. */
+static kr_working align_rotor(kr_working w, const kr_body *b)
+{
+    if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
+        w.rotor.x = w.rotor.y = 0.0;
     return w;
 }
 kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
-    if (is_spherical(b) && v_largest(b->com) > 0.0)
-        return is_even ? tilt_axes(b, damping) : kr_body_principal(b, damping);
+    const kr_vec3 last_axis = v_largest(b->com) > 0.0 ? b->com : b->rotor;
+    if (is_spherical(b) && v_largest(last_axis) > 0.0)
+        return is_even ? align_rotor(tilt_axes(b, last_axis, damping), b)
+                       : kr_body_principal(b, damping);
     const int last = kr_body_last_axis(b);
-    const kr_working w = {axis_cycles[last], rename_axes(b->inertia, last),
-                          rename_axes(b->com, last), rename_axes(damping, last), 0};
-    return w;
+    const kr_working w = {axis_cycles[last],           rename_axes(b->inertia, last),
+                          rename_axes(b->com, last),   rename_axes(damping, last),
+                          rename_axes(b->rotor, last), 0};
+    return align_rotor(w, b);
 }
 kr_working kr_body_working(const kr_body *b)
 {
@@ -240,7 +279,7 @@ static int is_ill_conditioned(const kr_body *b)
 kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                       double rounded, kr_body *out)
 {
-    kr_body b = {mass, {0.0, 0.0, 0.0}, com, {1.0, 0.0, 0.0, 0.0}, rounded};
+    kr_body b = {.mass = mass, .com = com, .axes = {1.0, 0.0, 0.0, 0.0}, .rounded = rounded};
     double a[9], d[3][3], size = 0.0;
     int exponent;
     if (!inertia) return KR_ERR_ARGUMENT;
@@ -271,6 +310,11 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
 {
     return kr_body_from_rounded_tensor(mass, inertia, com, 0.0, out);
 }
+void kr_body_set_rotor(kr_body *body, kr_vec3 rotor)
+{
+    const int is_turned = v_largest(q_vec(body->axes)) > 0.0;
+    body->rotor = is_turned ? q_turn_back(body->axes, rotor) : rotor;
+}
 kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                            kr_body *out)
 {
@@ -295,6 +339,9 @@ kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *o
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {
-    const kr_body b = {mass, {i1, i1, i3}, {0.0, 0.0, height}, {1.0, 0.0, 0.0, 0.0}, 0.0};
+    const kr_body b = {.mass = mass,
+                       .inertia = {i1, i1, i3},
+                       .com = {0.0, 0.0, height},
+                       .axes = {1.0, 0.0, 0.0, 0.0}};
     return check_and_copy(&b, out);
 }

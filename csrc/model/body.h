@@ -5,13 +5,13 @@
 
 typedef struct kr_working {
     /* Working -> principal axes. For a symmetric body, T is the odd axis, whose moment differs from
-     * the other two. For a spherical body, T passes through the centre of mass. For other bodies, B
-     * is the axis of the middle moment. */
+     * the other two. For a spherical body, T passes through the centre of mass, or is along the
+     * rotor. For other bodies, B is the axis of the middle moment. */
     kr_quat axes;
-    kr_vec3 inertia, com, damping;
+    kr_vec3 inertia, com, damping, rotor;
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
-/* Returns the working axes, and the moments, com and damping of `body` along these axes. A
+/* Returns the working axes, and the moments, com, damping and rotor along these axes. A
  * spherical body with unequal `damping` keeps its principal axes, because the damping is diagonal
  * only along these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
@@ -22,4 +22,9 @@ kr_working kr_body_working(const kr_body *body);
 int kr_body_last_axis(const kr_body *body);
 /* Returns the principal axes as working axes. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
+/* Returns 1 if the body has a rotor. */
+static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
+/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. If the
+ * centre of mass of a spherical body is not the fixed point, the rotor must be along it. */
+int kr_body_is_rotor_axial(const kr_body *body, double rtol);
 #endif

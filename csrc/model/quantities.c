@@ -1,6 +1,7 @@
-/* The quantities of a state. With the attitude R of the principal axes and M = R* m R:
- *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
- *     J W' = M x W + mass gravity R* e3 R x com - D W,   W = J^-1 M
+/* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the
+ * momentum h of the rotor:
+ *     T = (M - h) J^-1 (M - h) / 2,   U = mass gravity <com, R* e3 R>
+ *     J W' = M x W + mass gravity R* e3 R x com - D W,   W = J^-1 (M - h)
  * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
  * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They
  * describe the frame r = q tilt, whose third axis is the apex:
@@ -17,6 +18,11 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
+/* Returns the momentum without that of the rotor, along the principal axes with the attitude q. */
+static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
+{
+    return v_sub(q_turn_back(q, s->m), scene->body.rotor);
+}
 
 kr_quat kr_state_q(const kr_scene *scene, const kr_state *s)
 {
@@ -31,7 +37,7 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    return q_turn(q, divide_by_moments(q_turn_back(q, s->m), scene->body.inertia));
+    return q_turn(q, divide_by_moments(momentum_without_rotor(scene, s, q), scene->body.inertia));
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 {
@@ -106,7 +112,7 @@ double kr_state_spin_angle(const kr_scene *scene, const kr_state *s)
 
 double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 m = q_turn_back(principal_attitude(scene, s), s->m);
+    const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
     return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
@@ -161,7 +167,8 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m), W = divide_by_moments(M, J),
+    const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
+                  W = divide_by_moments(v_sub(M, scene->body.rotor), J),
                   pull = v_cross(q_vertical(q), scene->body.com);
     const kr_vec3 torque = v_sub(v_axpy(scene->body.mass * scene->gravity, pull, v_cross(M, W)),
                                  v_times(scene->damping, W));
@@ -171,6 +178,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
 {
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
+    if (kr_body_has_rotor(&scene->body)) return NAN; /* the maps do not apply */
     return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) +
            0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
 }
@@ -179,6 +187,7 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
     const kr_working w = kr_body_working(&scene->body);
     const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
+    if (kr_body_has_rotor(&scene->body)) return NAN;
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const resummed r =
         resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));

@@ -1,6 +1,6 @@
 /* Derivatives of the quantities of a state, from the tangents of the state. With the attitude R of
- * the principal axes, M = R* m R, W = J^-1 M and the vertical V = R* e3 R, a rotation vector theta
- * in the body and a change dm of the momentum cause the changes
+ * the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and the vertical
+ * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dJ W),   dV = V x theta
  * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
  * depend on it. */
@@ -261,7 +261,7 @@ static quantity_point point_at(const kr_scene *scene, const kr_state *s)
     kr_state_frame(scene, s, at.frame);
     for (int i = 0; i < 3; i++) at.described[i] = q_turn(body->axes, v3(i == 0, i == 1, i == 2));
     at.M = components_along(at.frame, s->m);
-    at.W = v_over(at.M, body->inertia);
+    at.W = v_over(v_sub(at.M, body->rotor), body->inertia);
     at.V = v3(at.frame[0].z, at.frame[1].z, at.frame[2].z);
     at.apex = v_largest(body->com) > 0.0 ? v_unit(body->com) : v3(0.0, 0.0, 1.0);
     at.reach = v_dot(at.apex, body->com);

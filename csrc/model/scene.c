@@ -23,6 +23,12 @@ kr_status kr_scene_check(const kr_scene *scene)
     return status == KR_OK ? kr_scene_check_start(scene) : status;
 }
 
+kr_kind kr_scene_kind(const kr_scene *scene)
+{
+    if (scene->gravity != 0.0) return kr_body_kind(&scene->body, KR_KIND_RTOL);
+    return kr_body_is_rotor_axial(&scene->body, KR_KIND_RTOL) ? KR_KIND_EULER : KR_KIND_GENERAL;
+}
+
 static kr_vec3 vec_times_power(kr_vec3 a, int power)
 {
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
@@ -53,7 +59,8 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
     const kr_swing swing = kr_scene_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
-    if (!kr_swing_time(&swing, v_largest(scene->start.m), &time)) return KR_ERR_ARGUMENT;
+    const double momentum = fmax(v_largest(scene->start.m), v_largest(scene->body.rotor));
+    if (!kr_swing_time(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
     units->moment = swing.moment;
     units->time = times_power_of_2(1.0, time);
     units->lever = vec_times_power(v_scale(pull.gravity * pull.mass, pull.com),
@@ -65,8 +72,10 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
     /* The squares are computed in internal units, in which they cannot overflow. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
+                  h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),
                   lever = units->lever;
-    return 0x1p53 * units->time / fmax(v_length(m) / moment, sqrt(v_length(lever) / moment));
+    return 0x1p53 * units->time /
+           fmax((v_length(m) + v_length(h)) / moment, sqrt(v_length(lever) / moment));
 }
 double kr_scene_horizon(const kr_scene *scene)
 {

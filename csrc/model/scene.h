@@ -21,6 +21,9 @@ typedef struct kr_pull {
 /* Returns the scaled mass, gravity and `com` of a scene. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
+/* Returns the kind of the top. Without gravity, a top is a free body wherever its centre of mass
+ * is. */
+kr_kind kr_scene_kind(const kr_scene *scene);
 /* Checks a scene like kr_scene_check, but does not check the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 

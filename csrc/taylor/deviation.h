@@ -50,6 +50,13 @@ INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
+/* Returns coefficient n of h x theta. */
+INLINE triple rotor_turn(const kr_tangent *g, int n)
+{
+    const triple h = triple_of(g->rotor), turn = load_turn(g, n);
+    return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
+                      triple_mul(triple_prev(h), triple_next(turn)));
+}
 /* Returns the damping terms of N', which the caller subtracts. `rate` is theta', and `plus` -
  * `minus` is theta x W. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
@@ -86,6 +93,7 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
         own = triple_sub(own, moments_times(s, g, n));
         force = triple_add(force, lever_torque(s, g, n));
     }
+    if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
     if (g->drag_changes != 0.0) force = triple_sub(force, drags_times(s, g, n));
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =

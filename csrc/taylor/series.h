@@ -12,9 +12,10 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form omits the attitude, whose lanes are zero. Damped motions have their own
- * expansion, so that undamped motions pay nothing for damping. */
+/* The headless form omits the attitude, whose lanes are zero. Motions with damping, and motions
+ * with a rotor, have their own expansions, so that other motions pay nothing for linear terms. */
 typedef enum { WHOLE, HEADLESS } form;
+typedef enum { PLAIN, DAMPED, GYROSTAT } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
@@ -113,7 +114,8 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
 }
 
 /* Sets the coefficients n + 1 of all series. */
-INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what, int damped)
+INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what,
+                                    linear_terms linear)
 {
     const series_sums a = cauchy_products(s, of, n, what);
     /* The place in which P_n is stored depends on the form. */
@@ -123,8 +125,13 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
-    if (damped)
+    if (linear != PLAIN)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
+    if (linear == GYROSTAT) {
+        const quad last = quad_load(s->w[n]), share = quad_inverse(n + 1);
+        w = quad_fma(quad_mul(share, quad_load(s->ahead)), quad_next(last), w);
+        w = quad_fma(quad_mul(share, quad_load(s->behind)), quad_prev(last), w);
+    }
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
@@ -189,30 +196,40 @@ INLINE void permute_known_coefficients(kr_series *s, turned_pair *of, int from, 
         if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
     }
 }
-INLINE void expand_damped_form(kr_series *s, int from, int order, form what)
+INLINE void expand_linear_form(kr_series *s, int from, int order, form what, linear_terms linear)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
     permute_known_coefficients(s, of, from, what);
-    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 1);
+    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, linear);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)
-        expand_damped_form(s, from, order, HEADLESS);
+        expand_linear_form(s, from, order, HEADLESS, DAMPED);
     else
-        expand_damped_form(s, from, order, WHOLE);
+        expand_linear_form(s, from, order, WHOLE, DAMPED);
+}
+APART void expand_gyrostat(kr_series *s, int from, int order, form what)
+{
+    if (what == HEADLESS)
+        expand_linear_form(s, from, order, HEADLESS, GYROSTAT);
+    else
+        expand_linear_form(s, from, order, WHOLE, GYROSTAT);
 }
 /* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
-    if (s->damped != 0.0) {
-        expand_damped(s, from, order, what);
+    if (s->linear != 0.0) {
+        if (s->linear > 1.0)
+            expand_gyrostat(s, from, order, what);
+        else
+            expand_damped(s, from, order, what);
         return;
     }
     permute_known_coefficients(s, of, from, what);
     UNROLL
-    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 0);
+    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, PLAIN);
 }
 
 /* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed separately,

@@ -161,7 +161,9 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->drag, scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
     put_four(motion, g->up, up);
     put_four(motion, g->down, down);
+    put_four(motion, g->rotor, scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
     g->damped = v_largest(motion->damping);
+    g->gyrostat = v_largest(motion->rotor);
 }
 /* Writes the rows of a symmetric matrix with the elements xx, yy, zz, yz, zx, xy. */
 static void put_rows(double rows[3][4], const double B[6])

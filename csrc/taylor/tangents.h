@@ -2,7 +2,7 @@
  * taylor/. A deviation of the state, or its derivative with respect to a parameter, has two parts,
  * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
  * the change N of the angular momentum m:
- *     theta' = 1/A (AW x theta + N - B W) + theta x W
+ *     theta' = 1/A ((AW + h) x theta + N - B W) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  * in the notation of taylor.h, with B, b and F the derivatives of the moments A, of c and of the
  * damping D with respect to the parameter. B and F are symmetric matrices. The equations are linear
@@ -30,11 +30,12 @@ typedef struct kr_tangent {
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
     double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
     double drags[3][4], drag_of[8]; /* F, like B */
+    double rotor[4];                /* h */
     double t;                       /* time of the expansion */
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
-    double drag_changes;            /* nonzero if F is not zero */
+    double drag_changes, gyrostat;  /* nonzero if F is not zero; nonzero if h is not zero */
     double truncation;              /* largest relative size of a last term so far */
-    double unused[91];
+    double unused[94];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

@@ -102,8 +102,9 @@ static vec_dd scale_by_power(double rate, vec_dd a)
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
-/* Returns a power of two that is larger than the rates of damping and than every W that the energy
- * allows. Damping does not raise the energy, hence
+/* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
+ * turns W in the body, and than every W that the energy allows. Damping does not raise the energy,
+ * hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
@@ -111,12 +112,22 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
     const kr_vec3 D = motion->damping;
     const double drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z));
+    const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor) / least;
     int exponent = 0;
-    frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
+    frexp(fmax(fmax(drag, carried), sqrt(twice_energy / least)), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets the constants k, up, down, drag and fall of the series, with c and D in the series' unit of
- * time. */
+/* Sets the terms of the rotor, with h in the series' unit of time. */
+static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const kr_vec3 A = motion->inertia, h = v_scale(1.0 / rate, motion->rotor);
+    const vec_dd ahead = {dd_of(-h.z), dd_of(-h.x), dd_of(-h.y)},
+                 behind = {dd_of(h.y), dd_of(h.z), dd_of(h.x)};
+    set_vector_words(s[0].ahead, s[1].ahead, divide_by_axes(ahead, A));
+    set_vector_words(s[0].behind, s[1].behind, divide_by_axes(behind, A));
+    if (v_largest(h) > 0.0) s[0].linear = 2.0;
+}
+/* Sets the constants of the series, with c, D and h in the series' unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
@@ -128,7 +139,8 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].down, s[1].down, divide_by_axes(down, A));
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
     set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
-    s[0].damped = v_largest(drag);
+    s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
+    set_rotor(s, motion, rate);
     const double rates =
         v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -148,7 +160,7 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
     s->q = series_attitude(motion, x);
-    s->m = q_turn(s->q, M);
+    s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
 /* Writes the state in double-double, given the values of the series at its time `at`. The low words
  * go to motion->low. */
@@ -158,8 +170,9 @@ static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
                  *low_w = p->series[1].at_w;
     const vec_dd W =
         scale_by_power(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
-    const kr_vec3 A = motion->inertia;
-    const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
+    const kr_vec3 A = motion->inertia, h = motion->rotor, none = {0.0, 0.0, 0.0};
+    const vec_dd own = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
+    const vec_dd M = v_largest(h) > 0.0 ? vdd_add(own, v_dd(h, none)) : own;
     const quat_dd q = qdd_unit(
         q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
     const vec_dd m = qdd_turn(q, M);
@@ -195,9 +208,11 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     kr_series *high = &p->series[0], *low = &p->series[1];
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
+    const kr_vec3 h = motion->rotor, none = {0.0, 0.0, 0.0};
     const vec_dd m = v_dd(start->m, motion->low.m),
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
-                 W = divide_by_axes(M, motion->inertia);
+                 own = v_largest(h) > 0.0 ? vdd_add(M, v_dd(v_scale(-1.0, h), none)) : M,
+                 W = divide_by_axes(own, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W));
     if (!motion->skip_heading) {
@@ -315,7 +330,7 @@ const kr_method kr_method_taylor = {
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
-             KR_METHOD_TANGENTS,
+             KR_METHOD_TANGENTS | KR_METHOD_ROTORS,
     .work = sizeof(taylor_work) / sizeof(double),
     .reset = taylor_reset,
     .step = taylor_step,

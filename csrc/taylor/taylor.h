@@ -1,14 +1,14 @@
 /* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
- *     A W' = AW x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
- *                                    c: mass * gravity * com; D: damping
+ *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
+ *                                          c: mass * gravity * com; D: damping; h: rotor
  * Every right side consists of products of two unknowns and of linear terms. The coefficients of
  * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
- *                     +  drag * W_n
- *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and k, up, down, drag of kr_series
+ *                     +  drag * W_n  +  ahead * next(W_n)  +  behind * prev(W_n)
+ *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
  * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
  * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H
@@ -44,8 +44,10 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    double t, end, at, damped;
-    double fall; /* shortest time in which a fall can grow by a factor e */
+    double ahead[4], behind[4];  /* -hz / Ax, hy / Ax; and cyclic permutations */
+    double t, end, at;
+    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag, ahead and behind */
+    double fall;   /* shortest time in which a fall can grow by a factor e */
     double unused[7];
 } kr_series;
 

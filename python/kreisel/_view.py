@@ -152,6 +152,8 @@ def view(
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
         raise ValueError("the viewer cannot integrate damped tops: use path.plot()")
+    if any(scene.body.rotor):
+        raise ValueError("the viewer cannot integrate bodies with rotors: use path.plot()")
     tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_ticks(what.step) else tracks[0]["step"]

@@ -35,9 +35,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict, Unpack
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
+from ._model.bodies import Bodies
+from ._model.body import Body
 from ._model.scene import Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
@@ -194,13 +197,31 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     return extremum({"apex_z": 1.0}, where=left | {"spin*spin": 1.0}, **more)
 
 
-def kinetic(value: float, **more: Unpack[_More]) -> Event:
+_KINETIC = [f"body_momentum_{i}*body_velocity_{i}" for i in "xyz"]
+
+
+def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[_More]) -> Event:
     """Find where the kinetic energy crosses a value [M L^2 T^-2].
 
-    The other arguments are as in crossing.
+    For a body with a rotor, give its momentum `body.rotor` as `rotor` [M L^2 T^-1]. The other
+    arguments are as in crossing.
     """
-    twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
-    return crossing(twice, value, **more)
+    twice = dict.fromkeys(_KINETIC, 0.5)
+    linear = zip("xyz", as_vector("rotor", rotor), strict=True)
+    return crossing(twice | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
+
+
+def refuse_kinetic(body: Body | Bodies, events: Iterable[Event]) -> None:
+    """Raise ValueError if an event is `kinetic` without the rotor that a body has."""
+    half = {term for term in _terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
+    if np.any(body.rotor) and any(
+        half == {term for term in event.terms if term[1] and term[2]}
+        and not any(of and not times for _, of, times in event.terms)
+        for event in events
+    ):
+        raise ValueError(
+            "kinetic needs the rotor of this body: kreisel.events.kinetic(value, rotor=body.rotor)"
+        )
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
@@ -214,6 +235,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
     ValueError for a body without torque and with two equal moments, because there is no separatrix.
+    Also raises ValueError for a body without torque that has a rotor.
     """
     check_type("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
@@ -222,6 +244,11 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
         more["direction"] = -1 if scene.gravity > 0.0 else 1
         return nutation(**more)
     moments = scene.body.moments
+    if any(scene.body.rotor):
+        raise ValueError(
+            "the unstable rotation of a body with a rotor is about no principal axis: describe the "
+            "event by kreisel.events.extremum"
+        )
     if len(set(moments)) < 3:
         raise ValueError(
             f"a body without torque whose moments are {moments} has no separatrix: two are equal"

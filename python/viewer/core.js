@@ -1,6 +1,7 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 12, a state 8 (t, q, m), and a scene 24 (body, gravity, start, damping). The file
-// csrc/viewer/wasm.c asserts these sizes.
+// 15, a state 8 (t, q, m), and a scene 27 (body, gravity, start, damping). The file
+// csrc/viewer/wasm.c asserts these sizes. The viewer has no rotors: the last three doubles of a
+// body are 0.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -10,7 +11,7 @@ C._initialize();
 
 // Fixed addresses for arguments and results: one scene and three small arrays.
 const scratch = C.malloc(8 * 64);
-const [SCENE, FIRST, SECOND, THIRD] = [0, 24, 36, 40].map((offset) => scratch + 8 * offset);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 28, 40, 44].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const writeDoubles = (pointer, numbers) => (
@@ -18,9 +19,9 @@ const writeDoubles = (pointer, numbers) => (
   pointer
 );
 const writeBody = ({ mass, moments, com, axes }) =>
-  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0]);
+  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, 0, 0, 0]);
 function writeScene(body, gravity, q, m) {
-  writeDoubles(writeBody(body) + 8 * 12, [gravity, 0, ...q, ...m, 0, 0, 0]);
+  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, 0, 0, 0]);
   return SCENE;
 }
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));

@@ -77,7 +77,8 @@ static void test_tensors(void)
                         {scale * a, scale * b, scale * (equal == 3 ? a : uniform(0.9, 1.9))},
                         {0, 0, 0},
                         {1, 0, 0, 0},
-                        0},
+                        0,
+                        {0, 0, 0}},
                 found;
         const kr_vec3 com = random_vec(1);
         double j[9];
@@ -181,11 +182,12 @@ static void test_body_can_be(void)
         for (int i = 0; i < 2; i++) {
             const double moment = (i ? 0.99 : 1.0) * utmost * ldexp(1.0, 5 * k);
             const kr_body b = {
-                mass, {moment, moment, 1e-9 * moment}, {0, 0, 3.0 * size}, {1, 0, 0, 0}, 0.0};
+                mass,     {moment, moment, 1e-9 * moment}, {0, 0, 3.0 * size}, {1, 0, 0, 0}, 0.0,
+                {0, 0, 0}};
             IS(kr_body_is_physical(&b) == (i == 0));
         }
     }
-    const kr_body plate = {1.0, {1.0, 2.0, 3.0}, {0.5, 0.5, 0.0}, {1, 0, 0, 0}, 0.0};
+    const kr_body plate = {1.0, {1.0, 2.0, 3.0}, {0.5, 0.5, 0.0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}};
     kr_body beside = plate;
     beside.com.z = 0.01;
     IS(kr_body_is_physical(&plate) && !kr_body_is_physical(&beside));

@@ -7,7 +7,7 @@
 
 static kr_scene top_of(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
 {
-    const kr_scene s = {{1.0, {i1, i1, i3}, {0.0, 0.0, fabs(lever)}, {1, 0, 0, 0}, 0},
+    const kr_scene s = {{1.0, {i1, i1, i3}, {0.0, 0.0, fabs(lever)}, {1, 0, 0, 0}, 0, {0, 0, 0}},
                         lever < 0.0 ? -1.0 : 1.0,
                         {0.0, q, m},
                         {0.0, 0.0, 0.0}};
@@ -116,7 +116,8 @@ static void test_free_bodies(void)
                        {part.y + part.z, part.z + part.x, part.x + part.y},
                        {0.1, 0.2, -0.3},
                        {1, 0, 0, 0},
-                       0},
+                       0,
+                       {0, 0, 0}},
                       0.0,
                       {0.0, {1, 0, 0, 0}, {0, 0, 0}},
                       {0.0, 0.0, 0.0}};

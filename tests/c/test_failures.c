@@ -193,10 +193,11 @@ static int count_calls(void *context)
 static kr_scene loose_scene(void)
 {
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
-    const kr_scene s = {{1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}, 0},
-                        random_bits() % 2 ? 1.0 : 0.0,
-                        {0.0, {1, 0, 0, 0}, random_vec(3.0)},
-                        {0.0, 0.0, 0.0}};
+    const kr_scene s = {
+        {1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}, 0, {0, 0, 0}},
+        random_bits() % 2 ? 1.0 : 0.0,
+        {0.0, {1, 0, 0, 0}, random_vec(3.0)},
+        {0.0, 0.0, 0.0}};
     return s;
 }
 /* With a loose tolerance a step may be accepted although the side motion within it does not reach
@@ -286,7 +287,7 @@ static void test_counts(void)
 /* An attitude of length zero is refused, although the motion computed from it would look valid. */
 static void test_zero_attitude(void)
 {
-    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0},
+    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
                         1.0,
                         {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}},
                         {0, 0, 0}};

@@ -74,8 +74,10 @@ static void test_box_of_numbers_that_fit_no_body(void)
 static void test_box_of_a_plate_and_of_none(void)
 {
     const kr_body plate = cuboid(1.0, v3(1.0, 0.5, 1e-3), v3(0.0, 0.0, 0.0));
-    const kr_body flat = {1.0, {1.0, 2.0, 3.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 0.0};
-    const kr_body mass_point = {1.0, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0}, 0.0};
+    const kr_body flat = {1.0, {1.0, 2.0, 3.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0},
+                          0.0, {0, 0, 0}};
+    const kr_body mass_point = {1.0, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0},
+                                0.0, {0, 0, 0}};
     NEAR(off(kr_mesh_box(&plate).half, v3(1.0, 0.5, 1e-3)), 0.0, 1e-9);
     NEAR(off(kr_mesh_box(&flat).half, v3(sqrt(6.0), sqrt(3.0), sqrt(6.0) * 1e-4)), 0.0, 1e-9);
     const kr_box none = kr_mesh_box(&mass_point);

@@ -66,7 +66,7 @@ static void test_makers(void)
 {
     const double diagonal[9] = {3, 0, 0, 0, 3, 0, 0, 0, 3};
     const kr_vec3 half = v3(1, 2, 3), pivot = v3(0, 0, -1), zero = v3(0, 0, 0);
-    const kr_body marked = {-7.0, {1, 2, 3}, {4, 5, 6}, {7, 8, 9, 10}, 11};
+    const kr_body marked = {-7.0, {1, 2, 3}, {4, 5, 6}, {7, 8, 9, 10}, 11, {0, 0, 0}};
     kr_body body = marked;
     for (int i = 0; i < 3; i++) {
         double skew[9];

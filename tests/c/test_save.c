@@ -219,7 +219,7 @@ static double double_at(const unsigned char *saved, size_t at)
 /* The bytes of a checkpoint are the fields of the top, each at the place that top.h gives. */
 static void test_format(const kr_method *method)
 {
-    enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320, KEPT = HEADER + 816 };
+    enum { HEADER = 104, TOP = 1392, MAIN = HEADER + 344, KEPT = HEADER + 888 };
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
     const size_t work = sizeof(double) * method->work;
@@ -233,9 +233,9 @@ static void test_format(const kr_method *method)
     IS(memcmp(saved, "kreisel top\0\0\0\0\0" KR_VERSION, 16 + sizeof KR_VERSION) == 0);
     IS(same_bytes(saved + HEADER + TOP, top->main.work, work));
     if (!method->at) IS(same_bytes(saved + HEADER + TOP + work, top->saved.work, work));
-    IS(double_at(saved, HEADER) == s.body.mass && double_at(saved, HEADER + 1160) == 5.01);
-    IS(double_at(saved, HEADER + 1168) == 5.01 &&
-       double_at(saved, HEADER + 1168 + 40) == kr_top_state(top).m.x);
+    IS(double_at(saved, HEADER) == s.body.mass && double_at(saved, HEADER + 1256) == 5.01);
+    IS(double_at(saved, HEADER + 1264) == 5.01 &&
+       double_at(saved, HEADER + 1264 + 40) == kr_top_state(top).m.x);
     kr_top image = *top;
     forget_pointers(&image);
 #define X(field, at) IS(same_bytes(saved + HEADER + (at), &image.field, sizeof image.field));
@@ -298,7 +298,7 @@ static void test_hostile_counts(const kr_method *method)
 /* Indices and loop counts outside their ranges are refused, although the checksum is correct. */
 static void test_hostile_numbers(const kr_method *method)
 {
-    enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320 };
+    enum { HEADER = 104, TOP = 1392, MAIN = HEADER + 344 };
     static unsigned char saved[MOST], bad[MOST];
     static const char *const counting[] = {"extrap", "extrap_kirchhoff", "kahan_li8", "suzuki4"};
     const kr_scene s = scene_for(method);
@@ -306,9 +306,9 @@ static void test_hostile_numbers(const kr_method *method)
     const size_t size = kr_top_save_size(top);
     save(top, saved);
     memcpy(bad, saved, size);
-    forge(bad, size, MAIN + 144, 0, sizeof(int));
+    forge(bad, size, MAIN + 168, 0, sizeof(int));
     IS(kr_top_load(top, size, bad) == KR_OK); /* the checksum of this test is correct */
-    const size_t numbers[] = {MAIN + 144, MAIN + 148, HEADER + 1064, HEADER + 1072, HEADER + 312};
+    const size_t numbers[] = {MAIN + 168, MAIN + 172, HEADER + 1160, HEADER + 1168, HEADER + 336};
     for (int i = 0; i < 5; i++) {
         memcpy(bad, saved, size);
         forge(bad, size, numbers[i], i < 2 ? 77 : -77, i < 2 ? sizeof(int) : 8);
@@ -354,7 +354,7 @@ static void test_hostile_times(const kr_method *method)
 /* Loop counts below 1 in the work of a method are refused. */
 static void test_hostile_work(const char *name)
 {
-    enum { HEADER = 104, TOP = 1296 };
+    enum { HEADER = 104, TOP = 1392 };
     static unsigned char saved[MOST], bad[MOST];
     const kr_method *method = kr_method_find(name);
     const kr_scene s = scene_for(method);

@@ -22,7 +22,8 @@ static inline kr_body thesis_body(void)
                           {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
                           {0.0, 0.0, 0x1.47ae147ae147cp+2},
                           {1, 0, 0, 0},
-                          0};
+                          0,
+                          {0, 0, 0}};
     return body;
 }
 /* Returns the scene `asymmetric` of problems.json, bitwise as used for its references. */
@@ -33,7 +34,8 @@ static inline kr_scene asymmetric(void)
          {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
          {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
          {1, 0, 0, 0},
-         0},
+         0,
+         {0, 0, 0}},
         1.0,
         {0.0,
          {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1},

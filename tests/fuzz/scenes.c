@@ -10,16 +10,24 @@ static kr_body known_kind(void)
                                        {1, 1, 1}, {2, 1, 1}, {1, 1, 1e-3}};
     const double *i = ratio[choose(6)], size = spread(0.1, 10.0), lever = between(-2.0, 2.0);
     const kr_vec3 axis = odds(50) ? v3(0, 0, 1) : odds(50) ? v3(1, 0, 0) : vector_between(-1, 1);
-    const kr_body body = {spread(0.1, 10.0), v3(size * i[0], size * i[1], size * i[2]),
-                          v_scale(odds(30) ? 0.0 : lever, axis), q_one(), 0.0};
+    const kr_body body = {spread(0.1, 10.0),
+                          v3(size * i[0], size * i[1], size * i[2]),
+                          v_scale(odds(30) ? 0.0 : lever, axis),
+                          q_one(),
+                          0.0,
+                          {0, 0, 0}};
     return body;
 }
 static kr_body any_three_moments(void)
 {
     const double a = spread(1e-6, 3.0), b = spread(0.1, 3.0), c = spread(0.1, 3.0);
     const double flat = odds(10) ? 0.0 : a;
-    const kr_body body = {spread(0.1, 10.0), v3(b + c, c + flat, flat + b), vector_between(-1, 1),
-                          any_attitude(), 0.0};
+    const kr_body body = {spread(0.1, 10.0),
+                          v3(b + c, c + flat, flat + b),
+                          vector_between(-1, 1),
+                          any_attitude(),
+                          0.0,
+                          {0, 0, 0}};
     return body;
 }
 /* Changes moments and centre of mass slightly, sometimes only by rounding errors. */

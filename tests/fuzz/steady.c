@@ -25,7 +25,7 @@ static kr_body free_body(void)
     const double all[3] = {low, middle, high};
     const int first = (int)choose(3), way = 1 + (int)choose(2);
     const kr_vec3 inertia = v3(all[first], all[(first + way) % 3], all[(first + 2 * way) % 3]);
-    const kr_body body = {1.0, inertia, v3(0, 0, 0), q_one(), 0.0};
+    const kr_body body = {1.0, inertia, v3(0, 0, 0), q_one(), 0.0, {0, 0, 0}};
     return body;
 }
 /* Returns the square of the rate at which a free body leaves an axis; negative for a stable axis.
@@ -64,8 +64,9 @@ static rotation about_vertical(void)
     const int hangs = odds(30), falls = !hangs && odds(20);
     const double momentum = falls ? between(0.0, 0.8) * slowest : spread(1.3, 1e4) * slowest,
                  half = momentum / (2.0 * inertia);
-    const kr_body body = {1.0, v3(inertia, inertia, inertia * between(0.1, 1.9)), v3(0, 0, lever),
-                          q_one(), 0.0};
+    const kr_body body = {
+        1.0,      v3(inertia, inertia, inertia * between(0.1, 1.9)), v3(0, 0, lever), q_one(), 0.0,
+        {0, 0, 0}};
     rotation r = {.scene = kr_scene_default()};
     r.scene.body = body;
     r.scene.gravity = 1.0;

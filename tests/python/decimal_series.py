@@ -49,7 +49,7 @@ class Series:
             context.prec = DIGITS
             self.axes = unit(decimals(body.axes))
             self.moments = decimals(body.moments)
-            self.damping = decimals(scene.damping)
+            self.damping, self.rotor = decimals(scene.damping), decimals(body.principal_rotor)
             weight = Decimal(body.mass) * Decimal(scene.gravity)
             self.lever = [weight * c for c in decimals(body.principal_com)]
             self.t = Decimal(0)
@@ -72,7 +72,7 @@ class Series:
         """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
         p = [[x] for x in turn(conjugate(self.q), decimals((0, 0, 1)))]
-        w = [[x / i] for (x,), i in zip(m, self.moments, strict=True)]
+        w = [[x] for x in self._velocity()]
 
         def product(a, b, n):
             return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
@@ -128,9 +128,12 @@ class Series:
                 self.q, self.m = unit([end(row) for row in q]), [end(row) for row in m]
             return multiply(self.q, conjugate(self.axes)), turn(self.q, self.m)
 
+    def _velocity(self):
+        return [(m - h) / i for m, h, i in zip(self.m, self.rotor, self.moments, strict=True)]
+
     def velocity(self):
         """Return the components of the angular velocity along the principal axes."""
-        return [float(m / i) for m, i in zip(self.m, self.moments, strict=True)]
+        return [float(w) for w in self._velocity()]
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):

@@ -5,15 +5,15 @@ from decimal import Decimal, localcontext
 import numpy as np
 from kreisel._core import record
 
-# The places of the numbers of a parameter among the 24 doubles of a scene in the core.
+# The places of the numbers of a parameter among the 27 doubles of a scene in the core.
 PLACES = {
     "moments": (1, 2, 3),
     "com": (4, 5, 6),
-    "gravity": (12,),
+    "gravity": (15,),
     "mass": (0,),
-    "damping": (21, 22, 23),
+    "damping": (24, 25, 26),
 }
-ATTITUDE, MOMENTUM = slice(14, 18), slice(18, 21)
+ATTITUDE, MOMENTUM = slice(17, 21), slice(21, 24)
 
 
 def list_columns():

@@ -187,7 +187,7 @@ def test_other_types_are_refused():
 
 
 def test_the_core_takes_columns_of_its_own_shape_only():
-    numbers = [np.ones(2), np.ones((2, 3)), np.ones((2, 3)), np.zeros(2)]
+    numbers = [np.ones(2), np.ones((2, 3)), np.ones((2, 3)), np.zeros(2), np.zeros((2, 3))]
     assert core.bodies((2,), numbers, False)[0] == "OK"
     for k, odd in enumerate([np.ones(3), np.ones((2, 4)), np.ones((2, 3), np.float32), 1j]):
         with pytest.raises((ValueError, TypeError)):

@@ -20,8 +20,9 @@ OF_THE_APEX = ("apex", "spin", "axial_momentum", *sorted(ANGLES))
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 
 
-def scene_of(moments, com=COM, damping=DAMPING):
-    return kr.Scene(kr.Body(1.5, moments, com=com, unphysical=True), damping=damping, **START)
+def scene_of(moments, com=COM, damping=DAMPING, rotor=(0.0, 0.0, 0.0)):
+    body = kr.Body(1.5, moments, com=com, rotor=rotor, unphysical=True)
+    return kr.Scene(body, damping=damping, **START)
 
 
 def tensor(moments, turn=(0.6, 0.48, 0.0, 0.64)):
@@ -45,6 +46,10 @@ SCENES = {
     "free": scene_of((0.9, 1.7, 1.0), (0.0, 0.0, 0.0)),
     "turned": scene_of(tensor((0.9, 1.7, 1.0))),
     "turned and symmetric": scene_of(tensor((0.7, 1.2, 1.2))),
+    "turned with a rotor": scene_of(tensor((0.9, 1.7, 1.0)), rotor=(0.5, -0.9, 0.7)),
+    "symmetric with a rotor on its axis": scene_of(
+        (0.7, 1.2, 1.2), (0.8, 0.0, 0.0), None, (-0.9, 0.0, 0.0)
+    ),
 }
 
 

@@ -30,6 +30,7 @@ pub struct Body {
     pub com: Vec3,
     pub axes: Quat,
     pub rounded: f64,
+    pub rotor: Vec3,
 }
 
 #[repr(C)]
@@ -142,6 +143,7 @@ impl Body {
             com: zero,
             axes,
             rounded: 0.0,
+            rotor: zero,
         };
         check(unsafe { kr_body_symmetric(mass, i1, i3, height, &mut body) })?;
         Ok(body)

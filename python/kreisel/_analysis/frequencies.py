@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._options.methods import EXACT
+from .._options.methods import EXACT, methods
 from .._results.path import Path
 from .._solve.exact import Exact, ExactTorus, exact
 from .._utils.html import display_picture
@@ -133,7 +133,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         True
 
     Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
-    that are not evenly spaced, and for a damped top.
+    that are not evenly spaced, for a damped top, and for a body without torque whose rotor is not
+    along its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -141,6 +142,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:
         raise ValueError("a damped top has no frequencies, because its motion decays")
+    _refuse_free_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
     even = np.linspace(t[0], t[-1], len(t))
@@ -217,6 +219,17 @@ def _alias_bound(rate: Array) -> float:
     return float(strengths[len(strengths) // 2 :].max())
 
 
+def _refuse_free_rotor(path: Path) -> None:
+    """Raise ValueError for a free body whose rotor is not along an axis of symmetry."""
+    scene = path.scene
+    is_free = not (scene.gravity and any(scene.body.com))
+    if is_free and any(scene.body.rotor) and not methods[EXACT].suits(scene):
+        raise ValueError(
+            "a body without torque has no mean precession and spin if its rotor is not along its "
+            "axis of symmetry"
+        )
+
+
 def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
     """Return the direction in space and the axis of the body to which the rates refer.
 
@@ -229,6 +242,10 @@ def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
         side = -1.0 if path.scene.body.kind == "lagrange" and com.sum() < 0.0 else 1.0
         return np.array((0.0, 0.0, 1.0)), side * com / np.linalg.norm(com)
     momentum = path.frame @ path.m[0]
+    rotor = np.array(path.scene.body.principal_rotor)
+    if rotor.any():
+        along = rotor / np.linalg.norm(rotor)
+        return path.m[0] / np.linalg.norm(path.m[0]), -along if momentum[0] @ along < 0.0 else along
     moments = np.array(path.scene.body.moments)
     middle = int(np.argsort(moments)[1])
     odd = int(np.argmax(np.abs(moments - moments[middle])))

@@ -154,8 +154,9 @@ def rod(path: Path) -> Rod:
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. The
-    torque of such a top's weight corresponds to no force at the ends of a rod.
+    Raises ValueError for a damped top, for a body with a rotor, and for a centre of mass that is on
+    no principal axis. The torque of such a top's weight corresponds to no force at the ends of a
+    rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -166,6 +167,8 @@ def rod(path: Path) -> Rod:
     if path.scene._is_damped:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     body = path.scene.body
+    if any(body.rotor):
+        raise ValueError("Kirchhoff's analogy has no rod for a body with a rotor")
     axes = _choose_rod_axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
     i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()

@@ -49,7 +49,8 @@ def fit(
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
               length "lever", "gravity", "mass", "damping" and "axes", the principal axes in the
-              frame of description. Moments or dampings that are equal in `scene` stay equal
+              frame of description. Moments or dampings that are equal in `scene` stay equal.
+              A rotor stays as in `scene`, and excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for

@@ -139,7 +139,7 @@ def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     """Yield shifts of all clocks, and rotations of the principal axes against the start."""
     vertical = rotation_matrix(point.attitude)[2]
     torque = point.weight * np.cross(vertical, point.com)
-    gyroscopic = np.cross(point.moments * point.rate, point.rate)
+    gyroscopic = np.cross(point.momentum, point.rate)
     change = (gyroscopic + torque - point.damping * point.rate) / point.moments
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]
     if delays and len(delays) == len(p.records):

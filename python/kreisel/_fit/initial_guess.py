@@ -1,14 +1,15 @@
 """First guesses of the parameters from the records, by linear least squares.
 
-Let R be the attitude, W the angular velocity of the body, J its moments and D its damping. Then
+Let R be the attitude, W the angular velocity of the body, J its moments, D its damping and h the
+momentum of its rotor. Then
 
-    R J W + D int R W dt = m0 + e3 x int R dt (M g c)
+    R (J W + h) + D int R W dt = m0 + e3 x int R dt (M g c)
 
-is linear in J, D, m0 and M g c. If a gyroscope alone measured W, R is known relative to the first
-attitude, and the equation is linear in the products of the components of c and of the unknown
-vertical. The trace e of the apex of a symmetric top satisfies
+is linear in J, D, m0, M g c and the size of h. If a gyroscope alone measured W, R is known relative
+to the first attitude, and the equation is linear in the products of the components of c and of the
+unknown vertical. The trace e of the apex of a symmetric top satisfies
 
-    e x e' = h - a e + k int e3 x e dt,    a = I3 spin / I1, k = M g |c| / I1.
+    e x e' = h - a e + k int e3 x e dt,    a = (I3 spin + h3) / I1, k = M g |c| / I1.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> lis
 def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
     base = parameters.start
     is_heavy = base.weight != 0.0 and bool(base.com.any() or parameters.has("com"))
-    solution = _solve_equations(part, is_heavy, parameters.has("damping"))
+    solution = _solve_equations(part, is_heavy, parameters.has("damping"), base.rotor)
     if solution is None:
         return []
     twins = [solution]
@@ -161,10 +162,17 @@ def _start_at_zero(
     )
 
 
-def _solve_equations(motion: MotionData, is_heavy: bool, is_damped: bool) -> _Solution | None:
-    """Solve the equation of the momentum by the smallest singular vector of its columns."""
+def _solve_equations(
+    motion: MotionData, is_heavy: bool, is_damped: bool, rotor: Array
+) -> _Solution | None:
+    """Solve the equation of the momentum by the smallest singular vector of its columns.
+
+    Returns None if there are too few samples, and for a rotor if the principal axes are unknown.
+    """
     is_full, is_known = motion.source == "space", motion.source != "gyroscope"
     rotation, n = rotation_matrix(motion.attitude), len(motion.t)
+    if rotor.any() and is_full:
+        return None
     columns = [rotation @ _inertia_columns(motion.rate, is_full)]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
@@ -177,6 +185,8 @@ def _solve_equations(motion: MotionData, is_heavy: bool, is_damped: bool) -> _So
     if is_damped:
         turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
         columns.append(_integrate(motion.t, turned)[:, :, None])
+    if rotor.any():
+        columns.insert(1, (rotation @ rotor)[:, :, None])
     matrix = np.concatenate(columns, axis=2).reshape(3 * n, -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
@@ -184,6 +194,8 @@ def _solve_equations(motion: MotionData, is_heavy: bool, is_damped: bool) -> _So
         return None
     normal = (matrix / sizes).T @ (matrix / sizes)
     found = np.linalg.eigh(normal)[1][:, 0] / sizes
+    if rotor.any():
+        found = np.delete(found, 3)  # the size of the rotor, after three moments
     return _read_solution(found, motion, is_heavy, is_damped)
 
 
@@ -315,7 +327,7 @@ def _guess_with_spin(
     attitude = np.array(
         [multiply_quaternions(tilt_to(e / np.linalg.norm(e)), turn * [1, -1, -1, -1]) for e in apex]
     )
-    spin = a * across / along
+    spin = (a * across - float(axis @ base.rotor)) / along
     velocity = np.cross(apex, change) + spin * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")

@@ -57,7 +57,7 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
     except (Error, ValueError):
         return most
     sizes = np.ones(6)
-    sizes[3:] = float(np.linalg.norm(point.moments * point.rate)) or 1.0
+    sizes[3:] = float(np.linalg.norm(point.momentum)) or 1.0
     tangents = path.tangents[0] / sizes[:, None] * sizes
     growth = math.log(max(float(np.linalg.norm(tangents, 2)), 1.0))
     return int(np.clip(math.ceil(_PER_GROWTH * growth), min(2, most), most))
@@ -137,7 +137,7 @@ class ShootingModel:
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
-                rate = rotation_matrix(q).T @ m / point.moments
+                rate = (rotation_matrix(q).T @ m - point.rotor) / point.moments
                 points[float(t)] = replace(point, attitude=q, rate=rate)
         return Pieces(tuple(points[float(t)] for t in edges))
 
@@ -184,7 +184,7 @@ class ShootingModel:
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
         rotation, moments = rotation_matrix(end.q), point.moments
         momentum = rotation.T @ end.m
-        rate = momentum / moments
+        rate = (momentum - point.rotor) / moments
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
         p = self.models[k].parameters

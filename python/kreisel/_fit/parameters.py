@@ -75,6 +75,7 @@ class Point:
     rate         angular velocity
     densities    (a, b, c) of the moments
     axes         quaternion from the principal axes to the frame of description
+    rotor        momentum of the rotor, which is never free
     instruments  the values of the properties of instruments
     """
 
@@ -86,6 +87,7 @@ class Point:
     mass: float
     damping: Array
     axes: Array
+    rotor: Array
     instruments: dict[Key, Array]
 
     @property
@@ -96,16 +98,29 @@ class Point:
         return safe
 
     @property
+    def momentum(self) -> Array:
+        """The angular momentum, seen from the principal axes."""
+        made: Array = self.moments * self.rate + self.rotor
+        return made
+
+    @property
     def weight(self) -> float:
         return self.mass * self.gravity
 
     def to_scene(self) -> Scene:
         """Return the scene in its principal axes."""
-        body = Body(self.mass, self.moments, self.com, inertia_rtol=_INERTIA_RTOL, unphysical=True)
+        body = Body(
+            self.mass,
+            self.moments,
+            self.com,
+            inertia_rtol=_INERTIA_RTOL,
+            rotor=self.rotor,
+            unphysical=True,
+        )
         return Scene(
             body,
             attitude=normalize_quaternion(self.attitude),
-            body_momentum=self.moments * self.rate,
+            body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
         )
@@ -118,7 +133,8 @@ def point_of_scene(scene: Scene) -> Point:
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
     axes = np.array(body.axes)
     attitude = multiply_quaternions(np.array(scene.attitude), axes)
-    rate = rotation_matrix(attitude).T @ np.array(scene.momentum) / moments
+    rotor = np.array(body.principal_rotor)
+    rate = (rotation_matrix(attitude).T @ np.array(scene.momentum) - rotor) / moments
     return Point(
         attitude,
         rate,
@@ -128,6 +144,7 @@ def point_of_scene(scene: Scene) -> Point:
         body.mass,
         np.array(scene.damping, dtype=float),
         axes,
+        rotor,
         {},
     )
 
@@ -179,6 +196,8 @@ class Parameters:
         self.start = point_of_scene(scene)
         self.moments = _group_equal(self.start.moments)
         self.damping = _group_equal(self.start.damping)
+        if "axes" in free and self.start.rotor.any():
+            raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: free com instead")
@@ -327,10 +346,11 @@ class Parameters:
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
             com if self.has("com") or self.has("lever") or self.has("axes") else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
+            rotor=old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
-        momentum = rotation_matrix(point.attitude) @ (moments * point.rate)
+        momentum = rotation_matrix(point.attitude) @ point.momentum
         # The principal axes of the new body may be in another order.
         order = (rotation_matrix(np.array(body.axes)).T @ turned) ** 2
         return Scene(

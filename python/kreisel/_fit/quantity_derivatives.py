@@ -49,6 +49,7 @@ class States:
     weight: float
     damping: Array
     axes: Array  # (3, 3), from the principal axes to the frame of description
+    rotor: Array  # the momentum of the rotor, seen from the principal axes
 
     @cached_property
     def rotation(self) -> Array:
@@ -67,7 +68,8 @@ class States:
     @cached_property
     def rate(self) -> Array:
         """The angular velocity (n, 3), seen from the principal axes."""
-        return self.momentum / self.moments
+        made: Array = (self.momentum - self.rotor) / self.moments
+        return made
 
     @cached_property
     def vertical(self) -> Array:
@@ -221,7 +223,7 @@ def _spin_angle(s: States) -> Derivatives:
 
 
 def _kinetic(s: States) -> Derivatives:
-    values = 0.5 * (s.momentum * s.rate).sum(axis=-1)
+    values = 0.5 * (s.moments * s.rate**2).sum(axis=-1)
     state = (s.rate[:, None, :] @ s.momentum_by_state)[:, 0]
     return _row(values, state, -0.5 * s.rate**2)
 

@@ -154,7 +154,7 @@ class ResidualModel:
             self.end = EndState(
                 path[0][last], path[1][last], np.empty(0) if by is None else by[last]
             )
-        body = point.moments, point.com, point.weight, point.damping, turned
+        body = point.moments, point.com, point.weight, point.damping, turned, point.rotor
         residuals = np.zeros(self.size)
         jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
         for rows in self.rows:
@@ -226,7 +226,7 @@ class ResidualModel:
         for name in p.free:
             at = p.at(name)
             if name == "attitude":
-                turned = by_momentum @ cross_matrix(point.moments * point.rate)
+                turned = by_momentum @ cross_matrix(point.momentum)
                 made[:, :, at] = tangents[:, :, :3] - turned
             elif name == "velocity":
                 made[:, :, at] = by_momentum * point.moments

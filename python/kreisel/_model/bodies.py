@@ -45,6 +45,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     com           (..., 3) position of the centre of mass relative to the fixed point [L]
     inertia_rtol  as in Body, a number or an array
     unphysical    as in Body, a bool or an array
+    rotor         (..., 3) angular momentum of rotors relative to the body, as in Body [M L^2 T^-1]
 
     The other constructors of Body exist for arrays, too. Each member is equal, to the last bit, to
     the kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks
@@ -66,6 +67,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         inertia_about_com: ArrayLike | None = None,
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
+        rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
         if com is None:
             raise TypeError("com is missing: give the centre of mass relative to the fixed point")
@@ -82,7 +84,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             words.append(parse_tensors("inertia_about_com", inertia_about_com))
             shape_of(*words)
             tensor = add_point_masses(words[-1], heavy, lever)
-        self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical)
+        self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical, rotor)
 
     def _store_parameters(
         self,
@@ -93,27 +95,29 @@ class Bodies(BodiesConstructors, Batch[Body]):
         com: Array,
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
+        rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> Self:
         """Validate the parameters and store them as columns.
 
         `make` is the constructor of a single body from the parameters `words`. If a member is
         invalid, the error of this constructor is raised.
         """
-        slacks, made = (
-            parse_parameter("inertia_rtol", inertia_rtol),
-            _parse_flags("unphysical", unphysical),
-        )
+        slacks = parse_parameter("inertia_rtol", inertia_rtol)
+        made = _parse_flags("unphysical", unphysical)
         slacks.raise_at_first(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
-        given = [*words, *([slacks] if np.any(slacks.values) else [])]
+        rotors = _parse_rotors(rotor)
+        given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
         names, shapes = [each.name for each in given], [each.shape for each in given]
-        shape = common_shape([*names, "unphysical"], [*shapes, made.shape])
+        shapes += [made.shape, rotors.shape]
+        shape = common_shape([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
             "com": make_column(com, shape, 1),
             "inertia_rtol": make_column(slacks.values, shape, 0),
+            "rotor": make_column(rotors.values, shape, 1),
         }
         self._set_columns(shape, axis_names(shape, given), columns, {})
         self.__dict__["_varied"] = {
@@ -146,9 +150,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
         if matrices:
-            blocks = read_only(blocks).reshape(*self.shape, 12)
+            blocks = read_only(blocks).reshape(*self.shape, 15)
             kept["moments"], kept["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
-            kept["axes"] = blocks[..., 7:11]
+            kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
     def _member_error(
@@ -171,11 +175,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
         warn(f"body{list(at)}{more}: {said}" if at else said)
 
     def _member(self, index: Index) -> Body:
-        names = "mass", "inertia", "com", "inertia_rtol", "unphysical"
-        mass, tensor, com, inertia_rtol, unphysical = (
-            to_python(self._columns[name][index]) for name in names
-        )
-        return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical)
+        names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"
+        mass, tensor, com, *rest = (to_python(self._columns[name][index]) for name in names)
+        words = dict(zip(names[3:], rest, strict=True))
+        return Body(mass, tensor, com, **words)
 
     @classmethod
     def symmetric(
@@ -287,6 +290,11 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return self._columns["unphysical"]
 
     @property
+    def rotor(self) -> Array:
+        """(..., 3) angular momenta of the rotors relative to the bodies [M L^2 T^-1]."""
+        return self._columns["rotor"]
+
+    @property
     def moments(self) -> Array:
         """(..., 3) principal moments at the fixed point, along N, B, T [M L^2]."""
         return self._columns.get("moments", self._columns["inertia"])
@@ -295,6 +303,11 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def principal_com(self) -> Array:
         """(..., 3) centres of mass, in components along N, B, T [L]."""
         return self._columns.get("principal_com", self._columns["com"])
+
+    @property
+    def principal_rotor(self) -> Array:
+        """(..., 3) momenta of the rotors, in components along N, B, T [M L^2 T^-1]."""
+        return self._columns.get("principal_rotor", self._columns["rotor"])
 
     @property
     def axes(self) -> Array:
@@ -314,6 +327,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             np.reshape([body.com for body in bodies], (*shape, 3)),
             inertia_rtol=np.reshape([body.inertia_rtol for body in bodies], shape),
             unphysical=np.reshape([body.unphysical for body in bodies], shape),
+            rotor=np.reshape([body.rotor for body in bodies], (*shape, 3)),
         )
         return made._forget_variation()
 
@@ -378,6 +392,11 @@ def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
             places = [(i, j) for i in range(3) for j in range(3)]
             flat = stack_components(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
     return Parameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+
+
+def _parse_rotors(given: object) -> Parameter:
+    made = parse_parameter("rotor", given, (3,))
+    return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
 def _parse_flags(name: str, given: object) -> Column:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from struct import unpack
 from typing import TYPE_CHECKING, Self
@@ -56,6 +56,9 @@ class Body(BodyConstructors):
                   moments are used as given
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
+    rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
+                  frame of the body [M L^2 T^-1]. It is a part of the momentum J w + rotor. The
+                  inertia includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. This is
     checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
@@ -79,7 +82,9 @@ class Body(BodyConstructors):
     com: Vector
     inertia_rtol: float = 0.0
     unphysical: bool = field(default=False, compare=False)
-    # bytes of a kr_body: mass, moments, com, axes, and inertia_rtol, which kr_body calls `rounded`
+    rotor: Vector = (0.0, 0.0, 0.0)
+    # bytes of a kr_body: mass, moments, com, axes, inertia_rtol, which kr_body calls `rounded`, and
+    # the rotor along the principal axes
     _block: bytes = field(init=False, compare=False)
 
     def __init__(
@@ -91,6 +96,7 @@ class Body(BodyConstructors):
         inertia_about_com: ArrayLike | None = None,
         inertia_rtol: float = 0.0,
         unphysical: bool = False,
+        rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> None:
         if com is None:
             raise TypeError("com is missing: give the centre of mass relative to the fixed point")
@@ -104,8 +110,10 @@ class Body(BodyConstructors):
             as_vector("com", com),
             check_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
+        h1, h2, h3 = as_vector("rotor", rotor)
+        kept["rotor"] = h1 + 0.0, h2 + 0.0, h3 + 0.0  # no negative zeros
         status, kept["_block"], can_be = body_from_tensor(
-            kept["mass"], tensor, kept["com"], kept["inertia_rtol"]
+            kept["mass"], tensor, kept["com"], kept["inertia_rtol"], kept["rotor"]
         )
         if status != "OK":
             raise ill_conditioned_error(tensor) or status_to_exception(
@@ -158,7 +166,8 @@ class Body(BodyConstructors):
         """
         shape = rod(as_positive("length", length))
         heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
-        return _join_parts(heavy, add_point_mass(central_inertia(shape, heavy), heavy, at), at)
+        tensor = add_point_mass(central_inertia(shape, heavy), heavy, at)
+        return _join_parts(heavy, tensor, at, np.zeros(3))
 
     @classmethod
     def symmetric(
@@ -209,7 +218,8 @@ class Body(BodyConstructors):
         mass = self.mass + other.mass
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
         tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
-        return _join_parts(mass, tensor, com / mass, self, other)
+        rotor = np.add(self.rotor, other.rotor)
+        return _join_parts(mass, tensor, com / mass, rotor, self, other)
 
     def shift(self, by: ArrayLike) -> Body:
         """Return the body shifted by the vector `by` [L] relative to the fixed point.
@@ -220,7 +230,7 @@ class Body(BodyConstructors):
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
         tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
-        return _join_parts(self.mass, tensor, com + way, self)
+        return _join_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body rotated about the fixed point within its frame of description.
@@ -235,17 +245,44 @@ class Body(BodyConstructors):
         q = unit("turn", by)
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
         tensor = axes.T @ parse_tensor("inertia", self.inertia) @ axes
-        return _join_parts(self.mass, 0.5 * (tensor + tensor.T), np.array(self.com) @ axes, self)
+        com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
+        return _join_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
+
+    def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
+        """Return the body with another rotor in it.
+
+        spin     angular velocity of the rotor relative to the body, about `axis` [T^-1]. A motor
+                 keeps it constant
+        inertia  moment of the rotor about its axis [M L^2]. The body's own inertia and mass already
+                 include the rotor
+        axis     direction of the rotor's axis in the frame of the body, of any length
+
+        The momentum spin * inertia of the rotor is added to `body.rotor`. Raises ValueError if the
+        axis is zero or the inertia is not positive.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> top.with_rotor(spin=50, inertia=0.1, axis=(0, 0, 2)).rotor
+        (0.0, 0.0, 5.0)
+        """
+        size = as_float("spin * inertia", as_float("spin", spin) * as_positive("inertia", inertia))
+        along = np.array(as_vector("axis", axis))
+        longest = np.abs(along).max()
+        if longest == 0.0:
+            raise ValueError("axis must not be zero: it is the direction of the rotor's axis")
+        unit_axis = along / longest / np.linalg.norm(along / longest)
+        return replace(self, rotor=np.array(self.rotor) + size * unit_axis)
 
     def __repr__(self) -> str:
         words = f"mass={self.mass!r}, inertia={self.inertia!r}, com={self.com!r}"
         words += f", inertia_rtol={self.inertia_rtol!r}" if self.inertia_rtol else ""
+        words += f", rotor={self.rotor!r}" if any(self.rotor) else ""
         return f"{type(self).__name__}({words}{', unphysical=True' if self.unphysical else ''})"
 
     @property
     def moments(self) -> Vector:
         """The principal moments at the fixed point [M L^2], along N, B, T."""
-        _, i1, i2, i3, *_ = unpack("12d", self._block)
+        _, i1, i2, i3, *_ = unpack("15d", self._block)
         return i1, i2, i3
 
     @property
@@ -256,13 +293,19 @@ class Body(BodyConstructors):
         principal axes are right-handed and as near as possible to the given axes. For a Lagrange
         top, T is along the symmetry axis.
         """
-        *_, w, x, y, z, _ = unpack("12d", self._block)
+        *_, w, x, y, z, _, _, _, _ = unpack("15d", self._block)
         return w, x, y, z
 
     @property
     def principal_com(self) -> Vector:
         """The centre of mass along N, B, T [L]."""
-        _, _, _, _, x, y, z, *_ = unpack("12d", self._block)
+        _, _, _, _, x, y, z, *_ = unpack("15d", self._block)
+        return x, y, z
+
+    @property
+    def principal_rotor(self) -> Vector:
+        """The momentum of the rotors along N, B, T [M L^2 T^-1]."""
+        *_, x, y, z = unpack("15d", self._block)
         return x, y, z
 
     @property
@@ -270,7 +313,8 @@ class Body(BodyConstructors):
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
         The conditions of each kind are checked to a relative tolerance of 7e-15, which allows for
-        rounding errors of the parameters.
+        rounding errors of the parameters. A body with a rotor is 'general', unless it is symmetric
+        about the rotor and of kind 'euler' or 'lagrange' without it.
         """
         return body_kind(self._block, KIND_RTOL)
 
@@ -323,7 +367,7 @@ class ThinRods(Body):
         )
 
 
-def _join_parts(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
+def _join_parts(mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
     """Build the body of joined parts, or ThinRods if all parts are rods on one line."""
     unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
@@ -331,4 +375,4 @@ def _join_parts(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
         if least <= INPUT_RTOL * largest:
             return ThinRods(mass, tensor, com, unphysical=unphysical)
     inertia_rtol = max((part.inertia_rtol for part in parts), default=0.0)
-    return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical)
+    return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical, rotor=rotor)

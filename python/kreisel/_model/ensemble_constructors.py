@@ -34,6 +34,7 @@ from .euler_angles import (
     cos,
     moments_about_axis,
     quaternion_from_euler,
+    refuse_steady_rotor,
     sin,
     velocity_from_euler,
 )
@@ -225,6 +226,7 @@ def steady_rates(
 
     Raises ValueError with the index of the first member that has no steady precession.
     """
+    refuse_steady_rotor(body)
     shape = broadcast_shape(body, told)
     spin, tilt, gravity = (each.values for each in told)
     rate, angle = array_to_radians(spin, degrees), array_to_radians(tilt, degrees)

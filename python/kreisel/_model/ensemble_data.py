@@ -126,12 +126,12 @@ class EnsembleData(Batch[S]):
         for k, scene in enumerate(found):
             at = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
             check_type(f"scenes{at}", scene, cls._one)
-        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 24)
+        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 27)
         columns = {
-            "momentum": rows[..., 18:21],
-            "attitude": rows[..., 14:18],
-            "gravity": rows[..., 12],
-            "damping": rows[..., 21:24],
+            "momentum": rows[..., 21:24],
+            "attitude": rows[..., 17:21],
+            "gravity": rows[..., 15],
+            "damping": rows[..., 24:27],
         }
         body = Bodies._from_list([scene.body for scene in found], shape)
         return cls.__new__(cls)._assign(body, (), columns, cls._one)
@@ -159,11 +159,11 @@ class EnsembleData(Batch[S]):
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
             parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
+            parts += [body.principal_rotor]
         else:
             row = np.frombuffer(body._block)
-            vectors = row[1:4], row[4:7], row[7:11]
-            parts = [np.broadcast_to(vector, shape + vector.shape) for vector in vectors]
-            parts = [np.broadcast_to(row[0], shape), *parts, np.broadcast_to(row[11], shape)]
+            fields = row[0], row[1:4], row[4:7], row[7:11], row[11], row[12:]
+            parts = [np.broadcast_to(field, shape + field.shape) for field in fields]
         start = [held["gravity"], nothing, held["attitude"], held["momentum"], held["damping"]]
         return CoreTops(shape, [*parts, *start])
 
@@ -328,7 +328,10 @@ def compute_momenta(body: Body | Bodies, start: Parameter, q: Array) -> Array:
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
-    given = moments, axes, q, start.values
+    given = [moments, axes, q, start.values]
+    if np.any(body.rotor):
+        rotor = np.asarray(body.principal_rotor)
+        given.append(np.where(rotor == 0.0, -0.0, rotor))
     shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
 
     def compute(*components: Any) -> tuple[Array, ...]:

@@ -21,6 +21,7 @@ from .._utils.validation import (
 from ..quaternion import conjugate, multiply
 
 if TYPE_CHECKING:
+    from .bodies import Bodies
     from .body import Body
 
 
@@ -96,6 +97,12 @@ def check_steady(steady: object, fast: object, precession: object, damping: obje
     if precession is not None or (damping is not None and np.any(np.asarray(damping))):
         raise ValueError("steady=True cannot be combined with precession or damping")
     return True
+
+
+def refuse_steady_rotor(body: Body | Bodies) -> None:
+    """Raise ValueError for a body with a rotor, whose steady precession is another one."""
+    if np.any(body.rotor):
+        raise ValueError("steady=True does not support bodies with rotors")
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:

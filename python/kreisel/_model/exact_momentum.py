@@ -48,10 +48,16 @@ def keep_velocity(
     q = _exact(attitude, attitude_low)
     m = _turn(_conjugate(q), _exact(momentum, low))
     along = _turn(_conjugate(_exact(old.axes)), m)
-    rate = [x / Fraction(moment) for x, moment in zip(along, old.moments, strict=True)]
+    rate = [
+        (x - Fraction(rotor)) / Fraction(moment)
+        for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
+    ]
     velocity = _turn(_exact(old.axes), rate)
     seen = _turn(_conjugate(_exact(new.axes)), velocity)
-    own = [x * Fraction(moment) for x, moment in zip(seen, new.moments, strict=True)]
+    own = [
+        x * Fraction(moment) + Fraction(rotor)
+        for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
+    ]
     return _round(_turn(q, _turn(_exact(new.axes), own)))
 
 

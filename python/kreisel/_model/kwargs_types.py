@@ -20,6 +20,7 @@ class VaryKwargs(TypedDict, total=False):
     mass: ArrayLike
     inertia: ArrayLike
     com: ArrayLike
+    rotor: ArrayLike
     momentum: ArrayLike
     velocity: ArrayLike
     body_momentum: ArrayLike

@@ -15,10 +15,13 @@ def angular_momentum(
     axes: tuple[R, R, R, R],
     q: tuple[R, R, R, R],
     v: tuple[R, R, R],
+    rotor: tuple[R, R, R] | None = None,
 ) -> tuple[R, R, R]:
     """Return the momentum in space for the value `v` of the parameter `name` at the attitude `q`.
 
-    The body has the principal moments `moments` along the principal axes `axes`.
+    The body has the principal moments `moments` along the principal axes `axes`, and a rotor with
+    the momentum `rotor` along these axes. Components that are zero must be -0.0, which leave all
+    numbers unchanged when they are added.
     """
     if name == "momentum":
         return v
@@ -29,4 +32,7 @@ def angular_momentum(
     principal = multiply(q, axes)
     x, y, z = turn_back(principal, v)
     i1, i2, i3 = moments
-    return turn(principal, (i1 * x, i2 * y, i3 * z))
+    own = i1 * x, i2 * y, i3 * z
+    if rotor is not None:
+        own = own[0] + rotor[0], own[1] + rotor[1], own[2] + rotor[2]
+    return turn(principal, own)

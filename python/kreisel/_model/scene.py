@@ -23,6 +23,7 @@ from .euler_angles import (
     check_steady,
     check_tilt,
     moments_about_axis,
+    refuse_steady_rotor,
     steady_rate,
     to_radians,
     velocity_from_euler,
@@ -109,9 +110,10 @@ class Scene:
     @cached_property
     def _rate_bound(self) -> float:
         """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
-        largest = max(self.body.moments)
+        largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
-        return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
+        turning = momentum + math.hypot(*self.body.rotor)
+        return max(turning / largest, math.sqrt(torque / largest))
 
     @cached_property
     def _safe_horizon(self) -> float:
@@ -152,7 +154,7 @@ class Scene:
         - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
           momentum, velocity, body_momentum, body_velocity. If none of these four is given, the
           momentum in space stays the same
-        - Body: mass, inertia, com. Momentum and attitude stay the same
+        - Body: mass, inertia, com, rotor. Momentum and attitude stay the same
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
           are taken from the scene
@@ -263,8 +265,9 @@ class Scene:
         degrees     True: tilt is in degrees, spin and precession in degrees per unit of time;
                     gravity and damping are as in Scene
 
-        Raises ValueError for a body that is not symmetric about its apex, and if no steady
-        precession exists. The message then contains the least spin for which one exists.
+        Raises ValueError for a body that is not symmetric about its apex, for steady=True with a
+        rotor, and if no steady precession exists. The message then contains the least spin for
+        which one exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -278,6 +281,7 @@ class Scene:
         rate = math.radians(rate) if in_degrees else rate
         angle = check_tilt(tilt, in_degrees)
         if check_steady(steady, fast, precession, damping):
+            refuse_steady_rotor(body)
             torque = body.mass * check_gravity(gravity) * math.hypot(*body.com)
             turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
@@ -319,6 +323,7 @@ class Scene:
         text = dump(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
         words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
+        words |= {"rotor": body.rotor} if any(body.rotor) else {}
         text += dump(words | ({"unphysical": True} if body.unphysical else {}))
         if path is not None:
             atomic_write(path, text.encode())

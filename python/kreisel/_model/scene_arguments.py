@@ -38,7 +38,7 @@ def parse_fast(
     made = scene(body._block, value, attitude, gravity, damping)
     if isinstance(made, tuple) and name != "momentum":
         v, q, g, d, _ = made
-        made = scene(body._block, angular_momentum(name, body.moments, body.axes, q, v), q, g, d)
+        made = scene(body._block, _momentum(body, name, q, v), q, g, d)
     return made if isinstance(made, tuple) else None
 
 
@@ -64,16 +64,21 @@ def parse_checked(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m, d = (
-        angular_momentum(name, body.moments, body.axes, q, as_vector(name, value)),
-        check_damping(damping),
-    )
+    m, d = _momentum(body, name, q, as_vector(name, value)), check_damping(damping)
     made = scene(body._block, m, q, g, d)
     if not isinstance(made, tuple):
         raise status_to_exception(
             made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}"
         )
     return made
+
+
+def _momentum(body: Body, name: str, q: Quaternion, value: Vector) -> Vector:
+    rotor = None
+    if any(body.rotor):
+        h1, h2, h3 = body.principal_rotor
+        rotor = h1 or -0.0, h2 or -0.0, h3 or -0.0
+    return angular_momentum(name, body.moments, body.axes, q, value, rotor)
 
 
 def check_damping(given: ArrayLike | None) -> Vector:

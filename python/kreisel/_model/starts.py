@@ -149,7 +149,7 @@ def starts(
 
     Each attitude is the shortest rotation from the upright position, since neither energy nor
     vertical momentum depends on the heading. Raises ValueError if no start exists; the message
-    contains the least possible energy.
+    contains the least possible energy. Also raises ValueError for a body with a rotor.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -157,6 +157,10 @@ def starts(
     [2.0, 2.0, 2.0]
     """
     check_type("body", body, Body)
+    if any(body.rotor):
+        raise ValueError(
+            "starts does not support a body with a rotor: the energy surface depends on the rotor"
+        )
     g = as_float("gravity", gravity)
     surface = _EnergySurface(
         np.array(body.moments),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from inspect import getmembers, ismethod
+from typing import Any
 
 from .body import Body
 from .toml import call_constructor, check_table
@@ -17,15 +19,21 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body that a TOML table describes.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. `elsewhere` maps a misplaced key to the table where it belongs.
+    constructor. `rotor` may accompany this table. `elsewhere` maps a misplaced key to the table
+    where it belongs.
     """
-    words = check_table("body", table)
+    words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():
         return call_constructor(Body, "[body]", words, elsewhere, MAKERS)
+    rotor = words.pop("rotor", None)
     misplaced = [word for word in words if word in elsewhere]
     if len(words) > 1 and not misplaced:
         raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
     if misplaced:
         raise ValueError(f"{misplaced[0]} belongs {elsewhere[misplaced[0]]}")
     ((name, value),) = words.items()
-    return call_constructor(MAKERS[name], f"[body] {name}", check_table(name, value), elsewhere)
+    made: Body = call_constructor(
+        MAKERS[name], f"[body] {name}", check_table(name, value), elsewhere
+    )
+    given: Any = rotor  # validated by the body
+    return made if rotor is None else replace(made, rotor=given)

@@ -18,7 +18,8 @@ class TurningPoints:
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
-    critical_spin        spin above which an upright top is a sleeping top [T^-1]
+    critical_spin        spin above which an upright top is a sleeping top [T^-1]; a rotor along the
+                         apex reduces it
     motion_type          the type of motion, as text
     rows                 (n, 10) rows of the core: the numbers above, and coefficients of the
                          potential
@@ -53,6 +54,7 @@ def explain_no_turning_points(status: str, scene: Scene) -> str:
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"
+    what += " with a rotor" if any(scene.body.rotor) else ""
     return (
         "turning points exist for a Lagrange top, and for a body that is symmetric about its apex "
         f"and free of torque; the nutation of {what} is not periodic"

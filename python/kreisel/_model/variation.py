@@ -36,7 +36,7 @@ from .euler_angles import check_steady, cos
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
 Four = tuple[Array, Array, Array, Array]
-_BODY = "mass", "inertia", "com"
+_BODY = "mass", "inertia", "com", "rotor"
 _PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
 _SPINNING = "spin", "tilt", "precession"
 _EULER = "angles", "rates"
@@ -108,7 +108,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
         return body
     if not changed:
         return own
-    kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com}
+    kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com, "rotor": own.rotor}
     return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 

@@ -93,6 +93,11 @@ class Method:
         return bool(self.flags & FLAGS["damped"])
 
     @property
+    def rotors(self) -> bool:
+        """True if the method applies to bodies with rotors, too."""
+        return bool(self.flags & FLAGS["rotors"])
+
+    @property
     def tangents(self) -> bool:
         """True if the method can compute derivatives of the state."""
         return bool(self.flags & FLAGS["tangents"])
@@ -121,10 +126,11 @@ class Method:
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to this scene.
 
-        A scene without gravity has a closed form for any body. Few methods apply to damped tops.
+        A scene without gravity has a closed form for any body without a rotor. Few methods apply to
+        damped tops.
         """
         damped = check_type("scene", scene, Scene)._is_damped
-        any_body = not self.flags & _SOME and not damped
+        any_body = not self.flags & _SOME and not damped and not any(scene.body.rotor)
         return any_body or method_suits(self.name, scene._block)
 
 
@@ -171,7 +177,8 @@ def describe_kind(scene: Scene) -> str:
     """Return text that describes the body of a scene by its kind."""
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
-    return f"this {damped}body of kind {scene.body.kind!r}{which}"
+    rotor = " with a rotor" if any(scene.body.rotor) else ""
+    return f"this {damped}body of kind {scene.body.kind!r}{rotor}{which}"
 
 
 def has_torus(scene: Scene) -> bool:
@@ -187,6 +194,11 @@ def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
+    if any(scene.body.rotor):
+        return (
+            f"no closed form is known for {describe_kind(scene)}: the rotor must be along the axis "
+            "of a Lagrange top or of a free symmetric body"
+        )
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {describe_kind(scene)} under gravity"
     if has_torus(scene):
@@ -209,6 +221,17 @@ def get_method(name: object) -> Method:
     return method
 
 
+def _describe_tops(method: Method, scene: Scene) -> str:
+    """Return text that says to which tops a method applies that does not suit a scene."""
+    if scene._is_damped and not method.damped:
+        return "tops without damping"
+    if not any(scene.body.rotor):
+        return method.tops
+    if not method.rotors:
+        return "bodies without rotors"
+    return f"{method.tops}, and rotors along the axis of symmetry"
+
+
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method called `name`; for 'auto', the method that suits the scene best.
 
@@ -222,10 +245,11 @@ def resolve_method(name: object, scene: Scene) -> Method:
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
-        if method.applies_to(scene.body) and not scene._is_damped:
+        has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
+        if has_form and not scene._is_damped:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
-        tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
+        tops = _describe_tops(method, scene)
         raise ValueError(
             f"the method {name!r} does not apply to {describe_kind(scene)}: "
             f"it is for {tops}; these apply: {others}"

@@ -57,8 +57,10 @@ def has_cheap_exact_form(scene: Scene) -> bool:
     pairs = combinations(scene.body.moments, 2)
     if any(a != b and abs(a - b) <= near * max(a, b) for a, b in pairs):
         return False
-    com = scene.body.principal_com
-    reach = max(map(abs, com))
+    com, rotor = scene.body.principal_com, scene.body.principal_rotor
+    reach, most = max(map(abs, com)), max(map(abs, rotor))
+    if any(0.0 < abs(h) <= near * most for h in rotor):
+        return False
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 

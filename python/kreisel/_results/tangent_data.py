@@ -56,8 +56,13 @@ class TangentData(NamedTuple):
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
         Raises AttributeError if some tangents are missing. Those by numbers that are zero are not
-        needed, because a zero is not rounded.
+        needed, because a zero is not rounded. Raises ValueError for a body with a rotor.
         """
+        if any(scene.body.rotor):
+            raise ValueError(
+                "conditioning does not support bodies with rotors: derivatives by the rotor are "
+                "not computed"
+            )
         data = {
             # a change of a unit quaternion rotates by twice its size
             "start": (2.0, 2.0, 2.0, *scene.momentum),

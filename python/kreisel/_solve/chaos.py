@@ -175,6 +175,8 @@ def parse_growth(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
             "are not conserved"
         )
+    if np.any(scene.body.rotor):
+        raise ValueError("indicators of chaos do not support bodies with rotors")
     return times, controls
 
 

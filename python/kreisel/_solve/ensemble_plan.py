@@ -186,9 +186,14 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
         return tops.size, 0
     if options.is_scalar or options.solve.method.name != FALLBACK:
         return 0, 0
-    damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
+    has_rotor = np.broadcast_to(np.any(tops.body.rotor, axis=-1), tops.shape)
+    is_alone = (tops.damping > 0.0).any(axis=-1) | has_rotor
+    alone = int(np.count_nonzero(is_alone))
+    if options.is_auto and has_rotor.any():  # axial rotors have a closed form
+        some = tops[is_alone] if tops.shape else tops.reshape(1)
+        alone = unsuited(some._core_scenes, "auto")[1]
     closed = tops.size - unsuited(tops._core_scenes, "auto")[1] if options.is_auto else 0
-    return closed, tops.size - closed - damped
+    return closed, tops.size - closed - alone
 
 
 def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
@@ -197,7 +202,8 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     scene = member(tops, 0)
     plan = make_plan(scene, options.options_for(scene), states)
     kernel, order = Worker(*options.core, []).kernel
-    if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
+    is_alone = any(scene.damping) or any(scene.body.rotor)
+    if plan.method != FALLBACK or options.is_scalar or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading
     form = "(P, W): vertical and angular velocity seen from the body"

@@ -50,7 +50,7 @@ from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
-from ..events import Event, from_record, parse_events, to_core_events, to_record
+from ..events import Event, from_record, parse_events, refuse_kinetic, to_core_events, to_record
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -404,6 +404,7 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
 
     Raises the exception of stop_exception if the core rejects the scene.
     """
+    refuse_kinetic(scene.body, options.events or ())
     events = to_core_events(options.events or ())
     status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
     if motion is not None:

@@ -23,7 +23,7 @@ from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
 from .._results.turn_times import slowest_turns
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
-from ..events import Event, nutation, parse_events, to_core_events
+from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
 
 _TURNS = 1024.0  # the default of max_wait, in turns of a top about the axis of its largest moment
 
@@ -97,7 +97,9 @@ def parse_section(
     Raises TypeError or ValueError for an invalid argument.
     """
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
-    events = to_core_events([parse_event(event)])
+    parsed = parse_event(event)
+    refuse_kinetic(tops.body, [parsed])
+    events = to_core_events([parsed])
     waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
     return waits, replace(options, core_events=events)
 

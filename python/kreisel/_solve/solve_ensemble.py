@@ -27,7 +27,7 @@ from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
-from ..events import parse_events, to_core_events
+from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
 from .variational import (
@@ -177,6 +177,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     if events is None:
         return options
     parsed = parse_events(options.solve.method.name, events)
+    refuse_kinetic(tops.body, parsed)
     return replace(options, core_events=to_core_events(parsed))
 
 

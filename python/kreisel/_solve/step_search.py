@@ -302,7 +302,13 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
 
 
 def _constants(scene: Scene) -> _Constants:
-    return _SYMMETRIC if scene.body.is_symmetric else _GENERAL
+    return _SYMMETRIC if _is_drift_exact(scene) else _GENERAL
+
+
+def _is_drift_exact(scene: Scene) -> bool:
+    """Return True if the drift of the body is known to be exact."""
+    body = scene.body
+    return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
 
 def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
@@ -312,13 +318,14 @@ def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     kinetic, potential = (
         float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
     )
-    moment = sorted(body.moments)[1 if body.is_symmetric else 2]
+    is_exact = _is_drift_exact(scene)
+    moment = sorted(body.moments)[1 if is_exact else 2]
     # The potential energy above its minimum, which rounding can make negative for a hanging top.
     above = max(0.0, potential + lever)
-    if body.is_symmetric:  # drifts are exact, so the error is proportional to the torque
+    if is_exact:  # drifts are exact, so the error is proportional to the torque
         rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)
         return rate, lever / moment / rate if rate else 0.0
-    rate = math.sqrt(2.0 * (kinetic + above) / moment)
+    rate = math.sqrt(2.0 * (kinetic + above) / moment) + math.hypot(*body.rotor) / moment
     return rate, rate
 
 

@@ -30,7 +30,7 @@ from .start_parameters import FLAGS, parse_start
 from .start_table import read_columns
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
-_BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
+_BODY = "mass", "inertia", "com", "inertia_rtol", "rotor", "unphysical"
 _FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
 _SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 _SCATTERED = "momentum", "attitude", "gravity"

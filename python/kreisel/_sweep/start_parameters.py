@@ -11,7 +11,9 @@ from .._utils.validation import as_finite_array
 _AXES, _TURNS = "xyz", "012"
 _ENDINGS = {  # {parameter: the endings of the names of its components}
     **dict.fromkeys(["mass", "gravity", "spin", "tilt", "precession"], ""),
-    **dict.fromkeys(["com", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES),
+    **dict.fromkeys(
+        ["com", "rotor", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
+    ),
     **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
@@ -23,6 +25,7 @@ _UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its di
     "mass": "M",
     "inertia": "M L^2",
     "com": "L",
+    "rotor": "M L^2 T^-1",
     "momentum": "M L^2 T^-1",
     "velocity": "T^-1",
     "body_momentum": "M L^2 T^-1",
