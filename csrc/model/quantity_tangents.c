@@ -1,6 +1,7 @@
 /* Derivatives of the quantities of a state, from the tangents of the state. With the attitude R of
  * the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and the vertical
- * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the changes
+ * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the
+ * changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dJ W),   dV = V x theta
  * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
  * depend on it. */
