@@ -96,7 +96,8 @@ static void nearly_uniform_rotations_are_met(void)
             kowalewski_top_of(v3(1.0, -0.4 * e, 0.3 * e), v3(1.3 + 0.5 * e, 0.7 * e, -0.6 * e));
         const kr_kowalewski *top = plan_of(&s);
         IS(top);
-        if (top) NEAR(error_of(&s, kr_kowalewski_state(top, 90.0), by_series(&s, 90.0)), 0.0, 3e-14);
+        if (top)
+            NEAR(error_of(&s, kr_kowalewski_state(top, 90.0), by_series(&s, 90.0)), 0.0, 3e-14);
     }
 }
 static int refusal_of(const kr_scene *s)
