@@ -97,13 +97,14 @@ static double tail_of(const double v[], int M)
     }
     return last / most;
 }
-/* Returns the number of coefficients up to the last one that is not negligible. */
-static int count_terms(const double v[], int M)
+/* Returns the number of coefficients up to the last one that is not negligible relative to the
+ * largest one or to `scale`. Most of those left out are rounding errors of the transform. */
+static int count_terms(const double v[], int M, double scale)
 {
     int count = M;
-    double most = 0.0;
+    double most = scale;
     for (int k = 0; k < M; k++) most = fmax(most, fabs(v[k]));
-    while (count > 1 && !(fabs(v[count - 1]) > 5e-17 * most)) count--;
+    while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count;
 }
 /* Finds the variable x of the arc at which the angle is alpha, between 0 and pi, by Newton's method
@@ -166,10 +167,11 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
         if (tail > 4e-16 && M < MOST_POINTS) continue;
         w->tail = fmax(w->tail, tail);
         for (int k = 0; k < 2; k++) {
-            e->count[k] = count_terms(w->row[k], M);
+            e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        e->times = count_terms(w->row[2], M);
+        /* The mean growth of the time with the angle, in radians, is q. */
+        e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
             e->time_rate[k] = k * w->row[2][k];
