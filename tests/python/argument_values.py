@@ -38,6 +38,7 @@ PATHS = [
     kr.solve(FREE, -1, digits=20),
     kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1]),
     kr.solve(DAMPED, 1),
+    kr.solve(TOP, [0.0, 1.0], tangents=("start", "gravity")),
 ]
 MANY = [
     kr.solve(ENSEMBLES[0], [0.0, 1.0]),
@@ -45,6 +46,7 @@ MANY = [
     kr.solve(ENSEMBLES[2], [4.0, 5.0], events=[LOW]),
     kr.solve(ENSEMBLES[2], [4.0, 5.0], "taylor", max_steps=3),
     kr.solve(ENSEMBLES[3], 1.0),
+    kr.solve(ENSEMBLES[0], [0.0, 1.0], tangents="start"),
 ]
 SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, max_wait=20) for i in (0, 2, 3, 4)]
 SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
@@ -101,6 +103,8 @@ RIGHT = {
     "inertia_rtol": [0.0, 1e-3],
     "keep": ["momentum", "velocity"],
     "damping": [0.1, (0.1, 0.2, 0.3)],
+    "rotor": [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)],
+    "axis": [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)],
     "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
     "scene": SCENES,
     "what": [*SCENES, PATHS[1]],
@@ -115,6 +119,7 @@ RIGHT = {
     "error": [1e-3, 1e-6],
     "want": [["energy"], ("nutation", "q"), ()],
     "names": ["energy", "apex", "nutation"],
+    "quantity": ["energy", "apex", "q"],
     "progress": [lambda *_: None, None],
     "events": [[LOW], [kr.events.loop(), kr.events.plane((0, 1, 0))], []],
     "truth": ["auto", "exact", PATHS[0]],
