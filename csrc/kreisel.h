@@ -624,6 +624,7 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(PLANNED,     "there is a plan")                                                             \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
     X(ROTATION,    "the top rotates uniformly about the vertical")                                \
+    X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
     X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
@@ -674,6 +675,7 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
+    X(WEIGHTLESS,  "the torque of its weight is negligible")                                      \
     X(REST,        "the top is in equilibrium, or nearly")                                        \
     X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
     X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \

@@ -322,6 +322,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     if (!kr_chaplygin_is_level(scene)) return KR_ERR_METHOD;
     head->mismatch = mismatch_of(&scene->body, 4.0);
     if (m.z != 0.0) head->mismatch = fmax(head->mismatch, fabs(m.z) / v_largest(m));
+    head->refusal = KR_CHAPLYGIN_WEIGHTLESS;
     status = read_chaplygin(scene, memory, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);

@@ -69,6 +69,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     kr_status status = check_torus_scene(scene, KR_KIND_KOWALEWSKI);
     if (status != KR_OK) return status;
     head->mismatch = mismatch_of(&scene->body, 2.0);
+    head->refusal = KR_KOWALEWSKI_WEIGHTLESS;
     status = read_kowalewski(scene, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);

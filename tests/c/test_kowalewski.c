@@ -110,13 +110,13 @@ static int refusal_of(const kr_scene *s)
 static void slow_starts_are_met(void)
 {
     const kr_scene starts[] = {
-        {{1.0, {8.0, 4.0, 8.0}, {0.0, 0.0, 1.5838076150419798}, {1, 0, 0, 0}, 0},
+        {{1.0, {8.0, 4.0, 8.0}, {0.0, 0.0, 1.5838076150419798}, {1, 0, 0, 0}, 0, {0.0, 0.0, 0.0}},
          1.0,
          {0.0,
           {0.4469138384788995, 0.18098687250299558, -0.34282535216903415, -0.8062149532648338},
           {-0.21565738291419392, -0.35312562393205915, -0.5980376352409914}},
          {0.0, 0.0, 0.0}},
-        {{1.0, {8.0, 16.0, 16.0}, {0.0, 0.0, 0.3146801408140646}, {1, 0, 0, 0}, 0},
+        {{1.0, {8.0, 16.0, 16.0}, {0.0, 0.0, 0.3146801408140646}, {1, 0, 0, 0}, 0, {0.0, 0.0, 0.0}},
          1.0,
          {0.0,
           {-0.8953572710284634, 0.09986373266527335, 0.30937260232759217, 0.3043865717203618},
@@ -180,6 +180,9 @@ static void degenerate_motions_are_refused_by_name(void)
         if (refusal != motions[i].refusal) printf("motion %d: refusal %d\n", (int)i, refusal);
         IS(refusal == motions[i].refusal);
     }
+    kr_scene slight = kowalewski_top_of(v3(0.6, 0.8, 0.0), v3(0.3, 0.2, 0.1));
+    slight.gravity = 1e-300;
+    IS(refusal_of(&slight) == KR_KOWALEWSKI_WEIGHTLESS);
     for (int i = 0; i < KR_KOWALEWSKI_REFUSAL_COUNT; i++) IS(kr_kowalewski_refusal_text(i));
     IS(!kr_kowalewski_refusal_text(-1) && !kr_kowalewski_refusal_text(KR_KOWALEWSKI_REFUSAL_COUNT));
 }
