@@ -75,7 +75,7 @@ ROWS = (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
         ("-DKR_NO_TORUS",),
-        270,
+        290,
     ),
     ("everything", write_everything(), (), None),
 )
