@@ -9,7 +9,7 @@ static const kr_config PLAIN = {0};
 
 static kr_scene damped(kr_vec3 inertia, kr_vec3 damping, kr_vec3 m)
 {
-    const kr_scene s = {.body = {1.0, inertia, {0.0, 0.0, 0.0}, {1, 0, 0, 0}, 0},
+    const kr_scene s = {.body = {1.0, inertia, {0.0, 0.0, 0.0}, {1, 0, 0, 0}, 0, {0.0, 0.0, 0.0}},
                         .start = {0.0, {1, 0, 0, 0}, m},
                         .damping = damping};
     return s;
