@@ -180,6 +180,9 @@ static void degenerate_motions_are_refused_by_name(void)
         if (refusal != motions[i].refusal) printf("motion %d: refusal %d\n", (int)i, refusal);
         IS(refusal == motions[i].refusal);
     }
+}
+static void refusals_have_texts(void)
+{
     kr_scene slight = kowalewski_top_of(v3(0.6, 0.8, 0.0), v3(0.3, 0.2, 0.1));
     slight.gravity = 1e-300;
     IS(refusal_of(&slight) == KR_KOWALEWSKI_WEIGHTLESS);
@@ -197,6 +200,7 @@ int main(void)
     nearly_uniform_rotations_are_met();
     roots_near_a_path_are_met();
     degenerate_motions_are_refused_by_name();
+    refusals_have_texts();
     free(memory);
     return check_result();
 }
