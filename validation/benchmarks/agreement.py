@@ -24,7 +24,7 @@ import numpy as np
 
 SLACK, FLOOR = 10.0, 5e-14
 UNRESOLVED = 1e-5  # tops with a larger allowed angle are skipped [rad]
-DATA = ("start", "moments", "com", "gravity", "mass")
+DATA = ("start", "moments", "com", "gravity", "mass", "damping")
 
 
 def random_attitude(rng):
