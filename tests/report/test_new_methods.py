@@ -30,6 +30,7 @@ NAMED = {  # files that contain the name of a method, each with the reason
     "published": {"rk4"},  # a method that is used only to get the angular velocity at the start
     "fastest": {"gsl_rk8pd"},  # the peer in the tables
     "frequency_data": {"taylor"},  # the method whose frequencies are compared with the closed form
+    "late_states": {"exact", "taylor"},  # the closed form, and the series that it is compared with
     "stiff_needle": {"exact"},  # the reference, and not a method that is compared
 }
 NEW = "of_a_later_day"
