@@ -20,7 +20,7 @@ def fit():
 
 def test_a_gyroscope_determines_the_body_without_a_start(fit):
     found, error = fit.error_of(ratios)
-    assert fit.converged and 0.8 < fit.chi2 / fit.dof < 1.2
+    assert fit.has_converged and 0.8 < fit.chi2 / fit.dof < 1.2
     assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.01).all()
     assert fit.unidentified == (SCALE, HEADING) and fit.at_bound == ()
     assert 0.0 < fit.error["body_velocity_x"] < 0.02

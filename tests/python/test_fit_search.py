@@ -61,7 +61,7 @@ def test_a_chaotic_motion_is_fitted_in_pieces():
     rate = kr.lyapunov(CHAOTIC, 500.0).value
     fit = kr.fit(chaotic_guess(), attitudes(15.0 / rate, 800), FREE)
     found, error = fit.error_of(moment_ratios)
-    assert fit.converged and 0.85 < fit.chi2 / fit.dof < 1.15
+    assert fit.has_converged and 0.85 < fit.chi2 / fit.dof < 1.15
     assert len(fit.piece_starts) > 10
     assert (np.abs(found - moment_ratios(CHAOTIC)) < 4.0 * error).all() and (error < 0.003).all()
 
@@ -90,7 +90,7 @@ def test_ctrl_c_keeps_the_best_fit_so_far():
     with pytest.raises(kr.FitInterrupted) as stopped:
         kr.fit(HEAVY, gyroscope(), FREE, progress=interrupt)
     fit = stopped.value.fit
-    assert fit is not None and not fit.converged and "did not converge" in str(fit)
+    assert fit is not None and not fit.has_converged and "did not converge" in str(fit)
     assert abs(fit.cost / fit.dof - min(reports)) < 1e-9 * fit.cost
 
 
@@ -107,7 +107,7 @@ def test_ctrl_c_before_the_first_motion_keeps_nothing(monkeypatch):
 def test_a_fit_that_does_not_converge_warns_and_is_kept():
     with pytest.warns(UserWarning, match="did not converge"):
         fit = kr.fit(HEAVY, gyroscope(), FREE, max_evaluations=3)
-    assert not fit.converged and fit.evaluations <= 8 and "best so far" in str(fit)
+    assert not fit.has_converged and fit.evaluations <= 8 and "best so far" in str(fit)
 
 
 def test_threads_give_the_same_bits():

@@ -299,7 +299,7 @@ def test_a_fit_finds_the_body_that_carries_a_known_rotor(names):
     record = measure(truth, names)
     guess = truth.replace(body=replace(GENERAL, inertia=(1.4, 2.0, 1.8)), momentum=(0.9, -1.9, 3.2))
     fit = kr.fit(guess, record)
-    assert fit.converged and fit.scene.body.rotor == ROTOR
+    assert fit.has_converged and fit.scene.body.rotor == ROTOR
     for name, moment in {"I1": 1.3, "I2": 2.1, "I3": 1.7}.items():
         assert abs(fit.values[name] - moment) < 4.0 * fit.error[name] < 0.1
     assert fit.chi2 < 1.3 * fit.dof

@@ -126,7 +126,7 @@ def fit(
         _write_results(found, save, csv_file, plot)
     if stopped:
         raise stopped
-    if found is not None and not found.converged:
+    if found is not None and not found.has_converged:
         raise click.exceptions.Exit(_NOT_CONVERGED)
 
 

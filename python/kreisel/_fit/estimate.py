@@ -114,7 +114,7 @@ def _run_sessions(
             best = _nearer(best, make_fit(session))
     if best is None:
         raise _no_motion_error(sessions[0])
-    if not best.converged:
+    if not best.has_converged:
         warn(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a nearer guess"

@@ -66,7 +66,7 @@ class Fit(ReadOnlyArrays):
                   least certain direction. If it is large, the errors are not normal
     unidentified  a sentence for each direction that the records do not determine
     at_bound      a sentence for each parameter at its bound. Its error is that without the bound
-    converged     False if the search ended at the largest number of paths
+    has_converged  False if the search ended at the largest number of paths
     evaluations   the number of computed paths
     piece_starts  the times at which the pieces of the motion begin; empty for a single motion
     """
@@ -88,7 +88,7 @@ class Fit(ReadOnlyArrays):
     nonlinearity: float
     unidentified: tuple[str, ...]
     at_bound: tuple[str, ...]
-    converged: bool
+    has_converged: bool
     evaluations: int
     piece_starts: tuple[float, ...]
     cost: float
@@ -199,7 +199,7 @@ class Fit(ReadOnlyArrays):
     def __repr__(self) -> str:
         ratio = self.chi2 / self.dof
         blind = f", {len(self.unidentified)} unidentified" if self.unidentified else ""
-        ended = "" if self.converged else ", not converged"
+        ended = "" if self.has_converged else ", not converged"
         return (
             f"<kreisel.Fit: {len(self.names)} parameters{blind}, chi2 {ratio:.3g} per degree of "
             f"freedom, {self.evaluations} paths{ended}>"
@@ -259,7 +259,7 @@ def make_fit(session: SearchSession) -> Fit:
         _measure_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
         _describe_bounds(p, best.point, best.natural),
-        best.converged,
+        best.has_converged,
         session.evaluations + session.model.evaluations,
         tuple(begin for begin, _ in best.pieces),
         best.cost,

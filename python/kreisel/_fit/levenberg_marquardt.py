@@ -44,13 +44,13 @@ class Model(Protocol[P]):
 class Minimum(NamedTuple):
     """The best point of a search.
 
-    converged  True if the last step improved the cost by less than the tolerance
+    has_converged  True if the last step improved the cost by less than the tolerance
     """
 
     point: object
     evaluation: Evaluation
     cost: float
-    converged: bool
+    has_converged: bool
 
 
 def compute_cost(residuals: Array, loss: LossName) -> float:
@@ -94,17 +94,17 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
     search.report(best)
     while model.evaluations < search.limit:
         if best.cost <= _NOISELESS * model.size:
-            return best._replace(converged=True)
+            return best._replace(has_converged=True)
         weighted = reweight(best.evaluation, search.loss)
         steps = _Steps(weighted, natural, model.distances(point), search.is_stiff)
         trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
         if trial is None:
-            return best._replace(converged=model.evaluations < search.limit)
+            return best._replace(has_converged=model.evaluations < search.limit)
         gain = best.cost - trial.cost
         point, best = trial.point, trial  # type: ignore[assignment]
         search.report(best)
         if gain <= search.ftol * best.cost:
-            return best._replace(converged=True)
+            return best._replace(has_converged=True)
     return best
 
 

@@ -54,7 +54,7 @@ class Solution(NamedTuple):
     jacobian: Array
     natural: Array
     cost: float
-    converged: bool
+    has_converged: bool
     pieces: tuple[tuple[float, Point], ...] = ()
 
 
@@ -216,7 +216,7 @@ class SearchSession:
             point = found.point
             assert isinstance(point, Point)
             natural = model.natural_sizes(point)
-            self.best = Solution(point, *found.evaluation, natural, found.cost, found.converged)
+            self.best = Solution(point, *found.evaluation, natural, found.cost, found.has_converged)
 
     def _tell(self, cost: float) -> None:
         if self.progress is not None:
@@ -251,7 +251,7 @@ class SearchSession:
             cost = compute_cost(evaluation.residuals, self.loss)
             if cost <= (1.0 + _SAME) * best.cost:
                 natural = self.model.natural_sizes(twin)
-                self.best = Solution(twin, *evaluation, natural, cost, best.converged)
+                self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _extend(self, point: Point, agreement: float) -> Point:
         """Return a point fitted to ever longer parts of the records."""
@@ -337,14 +337,14 @@ class SearchSession:
             jacobian,
             model.natural_sizes(pieces),
             found.cost,
-            found.converged,
+            found.has_converged,
             tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
         )
 
     def _refine(self) -> None:
         """Estimate the unknown standard deviations from the residuals, and search again."""
         for k in range(0 if self.is_sigma_known else _ROUNDS):
-            if self.best is None or not self.best.converged:
+            if self.best is None or not self.best.has_converged:
                 return
             sigmas = update_sigmas(self.model, self.best.residuals, self.loss)
             pairs = zip(self.sigmas, sigmas, strict=True)

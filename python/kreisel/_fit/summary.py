@@ -44,7 +44,7 @@ class FitValues(Protocol):
     @property
     def at_bound(self) -> Sequence[str]: ...
     @property
-    def converged(self) -> bool: ...
+    def has_converged(self) -> bool: ...
     @property
     def evaluations(self) -> int: ...
     @property
@@ -89,7 +89,7 @@ def format_value(value: float, error: float) -> str:
 
 
 def _list_sentences(fit: FitValues) -> list[str]:
-    made = [] if fit.converged else ["The search did not converge; this is the best so far."]
+    made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
     if ratio > _MISFIT:
         made.append(
