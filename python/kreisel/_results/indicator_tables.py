@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._model.scene import Ensemble
 from .._options.quantities import TIME
 from .._utils.optional import optional_dependency
-from .._utils.validation import Array
 from .ensemble_tables import Variable, broadcast_to_tops, parameter_variables
 from .tables import TABLES
 
@@ -17,20 +16,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-
-class Verdicts(Protocol):
-    """An indicator of chaos with the verdicts of its tops."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def t(self) -> Array: ...
-    @property
-    def curve(self) -> Array: ...
-    @property
-    def value(self) -> Array | float: ...
-    @property
-    def threshold(self) -> float: ...
+    from .._plot.growth_charts import Verdicts
 
 
 _UNITS = {"lyapunov": "T^-1", "megno": "", "oli": ""}
