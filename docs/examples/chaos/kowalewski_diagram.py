@@ -53,7 +53,9 @@ def draw_tops(chart, vertical):
                 continue
             rows.append((energy, k[j], second / first))
     h, k, ratio = np.transpose(rows)
-    return chart.scatter(h, k, c=np.log2(ratio), s=10, linewidths=0, cmap="viridis", vmin=-2, vmax=3)
+    return chart.scatter(
+        h, k, c=np.log2(ratio), s=10, linewidths=0, cmap="viridis", vmin=-2, vmax=3
+    )
 
 
 figure, charts = plt.subplots(
