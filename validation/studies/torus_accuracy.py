@@ -234,7 +234,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="python -m validation.studies.torus_accuracy", description=__doc__.split("\n")[0]
     )
-    parser.add_argument("kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("kind", nargs="?", choices=list(KINDS))
     parser.add_argument("--tops", type=int, default=10000)
     parser.add_argument("--longest", type=float, default=1000.0)
     parser.add_argument("--restarted", type=int, default=1000)
@@ -242,7 +242,7 @@ def main(argv=None):
     parser.add_argument("--plans", type=int, default=0)
     parser.add_argument("--seed", type=int, default=7)
     chosen = parser.parse_args(argv)
-    for kind in chosen.kinds:
+    for kind in [chosen.kind] if chosen.kind else KINDS:
         (plan_tops if chosen.plans else measure)(kind, chosen)
 
 

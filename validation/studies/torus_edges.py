@@ -233,12 +233,12 @@ def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="python -m validation.studies.torus_edges", description=__doc__.split("\n")[0]
     )
-    parser.add_argument("kinds", nargs="*", default=list(MOMENTS), choices=list(MOMENTS))
+    parser.add_argument("kind", nargs="?", choices=list(MOMENTS))
     parser.add_argument("--random", type=int, default=1)
     parser.add_argument("--seed", type=int, default=8)
     chosen = parser.parse_args(argv)
     rng = np.random.default_rng(chosen.seed)
-    for kind in chosen.kinds:
+    for kind in [chosen.kind] if chosen.kind else MOMENTS:
         print(kind)
         for family in families(kind):
             for _ in range(chosen.random):

@@ -1,0 +1,108 @@
+"""The speed of the closed forms of Kowalewski and Goryachev-Chaplygin tops.
+
+    python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
+
+The tops are those of validation/benchmarks/kowalewski_speed.py. For each top, the plan, one state
+at a time, batches of states and kreisel's Taylor series are timed from C, alternately in one
+process. The times of states are drawn between 0 and 1000 tau of the top. The series goes to
+`--longest` tau. Its time to 1e6 tau is extrapolated, because it is proportional to the time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+import numpy.typing as npt
+
+from ..benchmarks.compiling import compile_core
+from ..benchmarks.kowalewski_speed import draw_top
+
+SOURCE = Path(__file__).with_suffix(".c")
+RATIOS = {"kowalewski": 2, "goryachev_chaplygin": 4}
+STATES, ROUNDS = 256, 5
+LATE = 1e6  # the time at which the series is compared [tau]
+Row = tuple[float, float, float, float]
+
+
+class TorusBench:
+    """The compiled core with the timed loops of torus_speed.c."""
+
+    def __init__(self) -> None:
+        self.folder = tempfile.TemporaryDirectory()
+        self.library = compile_core(self.folder.name, SOURCE)
+        self.library.kr_bench_torus_plan.restype = ctypes.c_void_p
+        for name in ("states", "taylor"):
+            getattr(self.library, f"kr_bench_torus_{name}").restype = ctypes.c_double
+
+    def measure(self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float) -> Row:
+        """Return the median seconds of a plan, a state, a state in batches, and a series to `end`.
+
+        Raises ValueError if the closed form is refused.
+        """
+        block, out = ctypes.c_char_p(scene._block), np.empty((len(times), 8))
+        taken, rounds = ctypes.c_double(), []
+        for _ in range(ROUNDS):
+            plan = self.library.kr_bench_torus_plan(block, kind, ctypes.byref(taken))
+            if plan is None:
+                raise ValueError("the closed form is refused")
+            states = [
+                self.library.kr_bench_torus_states(
+                    *(kind, ctypes.c_void_p(plan), batch, ctypes.c_size_t(len(times))),
+                    *(ctypes.c_void_p(times.ctypes.data), ctypes.c_void_p(out.ctypes.data)),
+                )
+                for batch in (0, 1)
+            ]
+            self.library.kr_bench_torus_free(ctypes.c_void_p(plan))
+            series = self.library.kr_bench_torus_taylor(block, ctypes.c_double(end))
+            rounds.append((taken.value, *states, series))
+        plan_time, one, batch, series = np.median(rounds, axis=0)
+        return float(plan_time), float(one), float(batch), float(series)
+
+
+def measure_tops(bench: TorusBench, kind: str, tops: int, longest: float, seed: int) -> Iterator[Row]:
+    """Yield the times of the tops that are not refused, with the series to `LATE` tau."""
+    rng = np.random.default_rng(seed)
+    for _ in range(tops):
+        scene, tau = draw_top(rng, RATIOS[kind])
+        times = np.ascontiguousarray(rng.uniform(0.0, 1000.0 * tau, STATES))
+        try:
+            *own, series = bench.measure(list(RATIOS).index(kind), scene, times, longest * tau)
+        except ValueError:
+            continue
+        yield (*own, series * LATE / longest)  # type: ignore[misc]
+
+
+def print_times(kind: str, rows: list[Row]) -> None:
+    """Print the medians and the 99 % quantiles, and the ratios of the series to the closed form."""
+    plan, one, batch, series = np.array(rows).T
+    print(f"{kind}: {len(rows)} tops")
+    for name, seconds in (("plan", plan), ("one state", one), ("state in batches", batch)):
+        half, most = 1e6 * np.quantile(seconds, (0.5, 0.99))
+        print(f"  {name}: median {half:.3g} us, 99 % {most:.3g} us")
+    for name, seconds in (("a state", one), ("a plan and a state", plan + one)):
+        half, least = np.quantile(series / seconds, (0.5, 0.01))
+        print(f"  taylor to {LATE:g} tau / {name}: median {half:.3g}, 1 % below {least:.3g}")
+
+
+def main(argv: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.torus_speed", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("kind", nargs="?", choices=list(RATIOS))
+    parser.add_argument("--tops", type=int, default=400, help="number of tops of each kind")
+    parser.add_argument("--longest", type=float, default=100.0, help="end of the series [tau]")
+    parser.add_argument("--seed", type=int, default=7)
+    asked = parser.parse_args(argv)
+    bench = TorusBench()
+    for kind in [asked.kind] if asked.kind else RATIOS:
+        print_times(kind, list(measure_tops(bench, kind, asked.tops, asked.longest, asked.seed)))
+
+
+if __name__ == "__main__":
+    main()
