@@ -95,11 +95,32 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the rates of the angles in tau and in t, and the bound and the tolerance of the slip. */
+/* Sets the bound of the slip, and the numbers of terms and the tolerance of Newton's method. The
+ * least derivative of the time is the least |m|, which is the distance between the two arcs. */
+static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
+                            kr_chaplygin_plan *plan)
+{
+    static const double rest[GUESSES] = {1e-2, 1e-4, 1e-7};
+    const kr_angle_series *const e = plan->angle;
+    const double rate = fmax(e[0].rate, e[1].rate),
+                 least = dd_sub(o->root[arc[0].low], o->root[arc[1].high]).hi;
+    double bound = 0.0, bend = 0.0;
+    int step = GUESSES - 1;
+    for (int k = e[0].times - 1; k > 0; k--) {
+        bound += fabs(e[0].time[k]) + fabs(e[1].time[k]);
+        for (int j = 0; j < 2; j++) bend += k * fabs(e[j].time_rate[k]) * e[j].rate * e[j].rate;
+        for (; step >= 0 && bound * rate > rest[step] * plan->mean; step--)
+            plan->guess_terms[step] = k + 1 + (k + 1) % 2;
+    }
+    for (; step >= 0; step--) plan->guess_terms[step] = 0;
+    plan->most_slip = 1.01 * bound / plan->mean;
+    plan->rounding = 0x1p-53 / rate;
+    plan->tolerance = sqrt(0.25 * plan->rounding * (2.0 * least / bend));
+}
+/* Sets the rates of the angles in tau and in t. */
 static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
-    double bound = 0.0;
     plan->mean = dd_div(det, dd_mul(arc[0].p, arc[1].p)).hi;
     plan->tau_rate = 1.0 / plan->mean;
     for (int j = 0; j < 2; j++) {
@@ -108,10 +129,7 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
         e->rate = rate[j].hi;
         e->half_turns = 0.5 * dd_mul(rate[j], one_turn()).hi;
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
-        for (int k = 1; k < e->times; k++) bound += fabs(e->time[k]);
     }
-    plan->most_slip = 1.01 * bound / plan->mean;
-    plan->tolerance = 1e-11 / fmax(plan->angle[0].rate, plan->angle[1].rate);
 }
 /* Sets the slip and the mean angles at the start. A mean angle is the true angle minus the slip
  * times the rate. */
@@ -168,6 +186,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
         if (!make_angle_series(o, w, &w->arc[j], &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
     equalise_series(plan->angle);
     set_angle_rates(plan, w->arc, rate);
+    set_slip_search(o, w->arc, plan);
     for (int j = 0; j < 2; j++)
         half[j] = start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], &time[j]);
     const double tail = make_heading_grid(w, plan->angle, M);

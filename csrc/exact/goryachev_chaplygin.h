@@ -15,7 +15,8 @@ enum {
     HEADING_ROWS = 1024,    /* largest number of multiples of the first angle */
     HEADING_WIDE = 512,     /* largest number of multiples of the second angle */
     HEADING_TERMS = 131072, /* largest number of coefficients; each pair has two */
-    SLOW_TERMS = 64
+    SLOW_TERMS = 64,
+    GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */
 };
 
 /* The series in one angle. The terms belong to the multiples k of the angle, or to the multiples k
@@ -50,8 +51,10 @@ typedef struct kr_chaplygin_plan {
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */
-    /* The slip is tau minus tau_rate * t: its bound, its start, and its accuracy. */
-    double most_slip, slip, tolerance;
+    /* The slip is tau minus tau_rate * t: its bound, its start, its rounding error, and the largest
+     * step of Newton's method after which only a rounding error is left. */
+    double most_slip, slip, rounding, tolerance;
+    int guess_terms[GUESSES];
     /* psi/2 at the start [turns] in two words, and the series of psi/2 there. */
     double heading_start, heading_more, heading_value;
     int is_even; /* psi is an odd function of both angles */

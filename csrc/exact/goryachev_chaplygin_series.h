@@ -98,14 +98,15 @@ static double tail_of(const double v[], int M)
     return last / most;
 }
 /* Returns the number of coefficients up to the last one that is not negligible relative to the
- * largest one or to `scale`. Most of those left out are rounding errors of the transform. */
+ * largest one or to `scale`, or one more if this number is odd. Most of those left out are rounding
+ * errors of the transform. M is even. */
 static int count_terms(const double v[], int M, double scale)
 {
     int count = M;
     double most = scale;
     for (int k = 0; k < M; k++) most = fmax(most, fabs(v[k]));
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
-    return count;
+    return count + count % 2;
 }
 /* Finds the variable x of the arc at which the angle is alpha, between 0 and pi, by Newton's method
  * in a bracket. Writes sine and cosine of x/2. */
@@ -186,10 +187,11 @@ static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
     refine_cosines(&w->table, GRID / (2 * M));
     for (int i = 0; i <= M; i++) {
         angle_lanes a;
-        a.c = wave_at(&w->table, M, 0, 1, i);
-        a.s = wave_at(&w->table, M, 1, 1, i);
-        a.cosine = wave_at(&w->table, M, 0, 2, i);
-        a.sine = wave_at(&w->table, M, 1, 2, i);
+        a.half = dd_of(0.0); /* not used */
+        for (int k = 0; k < 5; k++) {
+            a.c[k] = wave_at(&w->table, M, 0, k, i);
+            a.s[k] = wave_at(&w->table, M, 1, k, i);
+        }
         for (int k = 0; k < 2; k++) w->part[j][k][i] = part_at(e, k, &a);
         w->part[j][2][i] =
             w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
@@ -335,6 +337,12 @@ static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, cons
         terms = end;
         row.count = (end - begin) / 2;
         if (row.count == 0) continue;
+        if (row.count % 2) { /* the number of pairs is even */
+            if (terms + 2 > HEADING_TERMS) return 0;
+            plan->term[terms] = plan->term[terms + 1] = 0.0;
+            terms += 2;
+            row.count++;
+        }
         plan->row[plan->rows++] = row;
         if (row.from + row.count > HEADING_WIDE) return 0;
         if (row.from + row.count > plan->wide) plan->wide = row.from + row.count;

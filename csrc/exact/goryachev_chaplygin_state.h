@@ -7,124 +7,143 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], with the sines and cosines that depend on it. */
+/* Half of an angle [turns], and the cosines and sines of i/2 times the angle at index i. */
 typedef struct angle_lanes {
     dd half;
-    wide s, c, sine, cosine; /* sine and cosine of the half angle, and of the angle */
+    wide c[5], s[5];
 } angle_lanes;
 
+/* Sets the other cosines and sines from those of half of the angle. */
+INLINE void fill_angle(angle_lanes *a)
+{
+    a->c[0] = wide_splat(1.0);
+    a->s[0] = wide_splat(0.0);
+    for (int i = 2; i < 5; i++) {
+        const int low = i / 2, high = i - low;
+        a->c[i] = a->c[low] * a->c[high] - a->s[low] * a->s[high];
+        a->s[i] = a->c[low] * a->s[high] + a->s[low] * a->c[high];
+    }
+}
 INLINE angle_lanes angle_of(dd half)
 {
     angle_lanes a;
     a.half = half;
-    sincos_turns(half, &a.s, &a.c);
-    a.sine = 2.0 * a.s * a.c;
-    a.cosine = a.c * a.c - a.s * a.s;
+    sincos_turns(half, &a.s[1], &a.c[1]);
+    fill_angle(&a);
     return a;
 }
-/* Sums a series by Clenshaw's recurrence, from the last term to the first. Returns the last value
- * of the recurrence and writes the one before it to `before`. */
-INLINE wide clenshaw(const double a[], int count, wide cosine, wide *before)
+/* Clenshaw's recurrence for one series, whose terms of even and of odd index are summed separately.
+ * Its argument is twice the angle, and it takes half as many steps as for all terms together. The
+ * members have the last value of each recurrence, and the one before. */
+typedef struct clenshaw_sum {
+    wide last[2], before[2];
+} clenshaw_sum;
+
+INLINE clenshaw_sum begin_sum(void)
 {
-    const wide twice = 2.0 * cosine;
-    wide one = wide_splat(0.0), two = one;
-    for (int k = count - 1; k >= 0; k--) {
-        const wide now = (a[k] + twice * one) - two;
-        two = one;
-        one = now;
-    }
-    *before = two;
-    return one;
+    const wide zero = wide_splat(0.0);
+    const clenshaw_sum p = {{zero, zero}, {zero, zero}};
+    return p;
 }
-/* Returns the sum of the series c or s (`which` 0 or 1) of an angle from the last two values of
- * Clenshaw's recurrence. */
-INLINE wide finish_part(const kr_angle_series *e, int which, const angle_lanes *a, wide last,
-                        wide before)
+/* Adds the terms k and k + 1, for even k. */
+INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
 {
-    if (e->is_whole[which]) return e->is_sine[which] ? a->sine * before : last - a->cosine * before;
-    return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
+    for (int i = 0; i < 2; i++) {
+        const wide now = (term[i] + twice * p->last[i]) - p->before[i];
+        p->before[i] = p->last[i];
+        p->last[i] = now;
+    }
+}
+/* Returns the sum of cosines or sines of the multiples k + shift/2 of the angle. */
+INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angle_lanes *a)
+{
+    wide sum = wide_splat(0.0);
+    for (int i = 0; i < 2; i++) {
+        const int at = 2 * i + shift;
+        sum = sum + (is_sine ? a->s[at] * p->last[i] + a->s[4 - at] * p->before[i]
+                             : a->c[at] * p->last[i] - a->c[4 - at] * p->before[i]);
+    }
+    return sum;
+}
+/* Returns the series c or s (`which` 0 or 1) of an angle. */
+INLINE wide finish_part(const kr_angle_series *e, int which, const clenshaw_sum *p,
+                        const angle_lanes *a)
+{
+    if (e->is_whole[which]) return finish_sum(p, e->is_sine[which], 0, a);
+    return finish_sum(p, e->is_sine[which], 1, a);
 }
 INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
 {
-    wide before;
-    const wide last = clenshaw(e->part[which], e->count[which], a->cosine, &before);
-    return finish_part(e, which, a, last, before);
-}
-/* Two recurrences of Clenshaw with the same argument: the last values and the ones before. */
-typedef struct clenshaw_pair {
-    wide twice, one, other, one_before, other_before;
-} clenshaw_pair;
-
-INLINE clenshaw_pair begin_pair(wide cosine)
-{
-    const wide zero = wide_splat(0.0);
-    const clenshaw_pair p = {2.0 * cosine, zero, zero, zero, zero};
-    return p;
-}
-INLINE void step_pair(clenshaw_pair *p, double one, double other)
-{
-    const wide next = (one + p->twice * p->one) - p->one_before,
-               other_next = (other + p->twice * p->other) - p->other_before;
-    p->one_before = p->one;
-    p->other_before = p->other;
-    p->one = next;
-    p->other = other_next;
+    clenshaw_sum p = begin_sum();
+    const wide twice = 2.0 * a->c[4];
+    for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
+    return finish_part(e, which, &p, a);
 }
 /* Writes the sums c and s of both angles. The four series have the same number of terms. They are
  * summed together, because the steps of a single recurrence wait for each other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
-    clenshaw_pair p = begin_pair(a[0].cosine), q = begin_pair(a[1].cosine);
-    for (int k = first->count[0] - 1; k >= 0; k--) {
-        step_pair(&p, first->part[0][k], first->part[1][k]);
-        step_pair(&q, second->part[0][k], second->part[1][k]);
+    const wide one = 2.0 * a[0].c[4], two = 2.0 * a[1].c[4];
+    clenshaw_sum p = begin_sum(), q = p, u = p, v = p;
+    for (int k = first->count[0] - 2; k >= 0; k -= 2) {
+        step_sum(&p, one, first->part[0] + k);
+        step_sum(&q, one, first->part[1] + k);
+        step_sum(&u, two, second->part[0] + k);
+        step_sum(&v, two, second->part[1] + k);
     }
-    c[0] = finish_part(first, 0, &a[0], p.one, p.one_before);
-    s[0] = finish_part(first, 1, &a[0], p.other, p.other_before);
-    c[1] = finish_part(second, 0, &a[1], q.one, q.one_before);
-    s[1] = finish_part(second, 1, &a[1], q.other, q.other_before);
+    c[0] = finish_part(first, 0, &p, &a[0]);
+    s[0] = finish_part(first, 1, &q, &a[0]);
+    c[1] = finish_part(second, 0, &u, &a[1]);
+    s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Adds the time series of both angles to `value`, and their derivatives in tau to `slope`. The four
- * series have the same number of terms. */
-INLINE void sum_times(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide *value,
-                      wide *slope)
+/* Returns the slip minus the step of Newton's method at this slip: the time, which should be zero,
+ * divided by its derivative in tau. Only the first `terms` of each series are summed. */
+INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
+                         wide *value)
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
-    clenshaw_pair p = begin_pair(a[0].cosine), q = begin_pair(a[1].cosine);
-    for (int k = first->times - 1; k >= 0; k--) {
-        step_pair(&p, first->time[k], first->time_rate[k]);
-        step_pair(&q, second->time[k], second->time_rate[k]);
+    const angle_lanes a = angle_of(phase_plus(half[0], slip * first->half_turns)),
+                      b = angle_of(phase_plus(half[1], slip * second->half_turns));
+    const wide one = 2.0 * a.c[4], two = 2.0 * b.c[4];
+    clenshaw_sum p = begin_sum(), q = p, u = p, v = p;
+    for (int k = terms - 2; k >= 0; k -= 2) {
+        step_sum(&p, one, first->time + k);
+        step_sum(&q, one, first->time_rate + k);
+        step_sum(&u, two, second->time + k);
+        step_sum(&v, two, second->time_rate + k);
     }
-    *value = *value + (a[0].sine * p.one_before + a[1].sine * q.one_before);
-    *slope = *slope + (first->rate * (p.other - a[0].cosine * p.other_before) +
-                       second->rate * (q.other - a[1].cosine * q.other_before));
+    *value = plan->mean * slip + (finish_sum(&p, 1, 0, &a) + finish_sum(&u, 1, 0, &b));
+    const wide slope = plan->mean + (first->rate * finish_sum(&q, 0, 0, &a) +
+                                     second->rate * finish_sum(&v, 0, 0, &b));
+    return slip - *value / slope;
 }
 /* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
- * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere. A
- * step of Newton's method that is not at most half of the last step is replaced by bisection,
- * because Newton's method can alternate between two points on both sides of the solution. Writes
- * the true angles to `a`. */
+ * of the mean angles. The first steps of Newton's method use the first terms of the series only.
+ * The others are safe in a bracket, because t grows with tau everywhere. A step that is not at most
+ * half of the last step is replaced by bisection, because Newton's method can alternate between two
+ * points on both sides of the solution. Writes the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
-    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high,
-         moved = 4.0 * high;
+    wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
+         slip = wide_splat(0.0), value;
+    for (int step = 0; step < GUESSES; step++)
+        slip = wide_max(wide_min(improve_slip(plan, half, plan->guess_terms[step], slip, &value),
+                                 high), low);
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
-        const angle_lanes at[2] = {angle_of(phase_plus(half[0], slip * plan->angle[0].half_turns)),
-                                   angle_of(phase_plus(half[1], slip * plan->angle[1].half_turns))};
-        wide value = plan->mean * slip, slope = wide_splat(plan->mean);
-        sum_times(plan, at, &value, &slope);
+        wide next = improve_slip(plan, half, plan->angle[0].times, slip, &value);
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
-        const wide newton = value / slope;
-        wide next = slip - newton;
         const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
-                   is_short = wide_at_most(wide_abs(newton), 0.5 * moved);
-        next = wide_choose(mask_and(is_inside, is_short), next, 0.5 * (low + high));
+                   is_safe =
+                       mask_and(is_inside, wide_at_most(wide_abs(next - slip), 0.5 * moved));
+        next = wide_choose(is_safe, next, 0.5 * (low + high));
         moved = wide_abs(next - slip);
-        const mask settled = wide_at_most(moved, wide_splat(plan->tolerance));
+        const mask settled =
+            mask_or(mask_and(is_safe, wide_at_most(moved, wide_splat(plan->tolerance))),
+                    wide_at_most(moved, wide_splat(plan->rounding)));
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
@@ -132,45 +151,73 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
     return slip;
 }
-/* Cosines and sines of the multiples of the second angle. */
+/* Cosine and sine of multiple k of the second angle, at the indices 2 k and 2 k + 1. */
 typedef struct heading_waves {
-    wide c[HEADING_WIDE], s[HEADING_WIDE];
+    wide w[2 * HEADING_WIDE];
 } heading_waves;
 
-INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
-                               heading_waves *w)
+/* Writes the product of wave k and the wave of the angle whose cosine and sine are c and s. */
+INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
 {
-    const int is_whole = plan->angle[1].is_whole[0];
-    w->c[0] = is_whole ? wide_splat(1.0) : a->c;
-    w->s[0] = is_whole ? wide_splat(0.0) : a->s;
-    for (int k = 1; k < plan->wide; k++) {
-        w->c[k] = w->c[k - 1] * a->cosine - w->s[k - 1] * a->sine;
-        w->s[k] = w->s[k - 1] * a->cosine + w->c[k - 1] * a->sine;
+    to[0] = from[0] * c - from[1] * s;
+    to[1] = from[1] * c + from[0] * s;
+}
+/* Fills the waves, each from the one four places before, because the steps of a single recurrence
+ * wait for each other. */
+INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
+                               heading_waves *wave)
+{
+    const int shift = !plan->angle[1].is_whole[0];
+    const wide c = a->c[4] * a->c[4] - a->s[4] * a->s[4], s = 2.0 * a->s[4] * a->c[4];
+    wide *const w = wave->w;
+    w[0] = shift ? a->c[1] : a->c[0];
+    w[1] = shift ? a->s[1] : a->s[0];
+    turn_wave(w, a->c[2], a->s[2], w + 2);
+    turn_wave(w, a->c[4], a->s[4], w + 4);
+    turn_wave(w + 2, a->c[4], a->s[4], w + 6);
+    for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
+}
+/* Writes the sums of the cosine terms and of the sine terms of a row. The pairs of even and of odd
+ * index are summed separately. The number of pairs is even. */
+INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
+{
+#if defined KR_ONE_LANE && defined __GNUC__
+    typedef double four __attribute__((vector_size(32)));
+    four sum = {0.0, 0.0, 0.0, 0.0};
+    for (int j = 0; j < count; j += 2, term += 4, w += 4) {
+        four t, x;
+        memcpy(&t, term, sizeof t);
+        memcpy(&x, w, sizeof x);
+        sum = sum + t * x;
     }
+#else
+    wide sum[4];
+    for (int i = 0; i < 4; i++) sum[i] = wide_splat(0.0);
+    for (int j = 0; j < count; j += 2, term += 4, w += 4)
+        for (int i = 0; i < 4; i++) sum[i] = sum[i] + term[i] * w[i];
+#endif
+    *u = sum[0] + sum[2];
+    *v = sum[1] + sum[3];
 }
 /* Returns the sum of all terms of the heading that are not slow. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
-    heading_waves w;
-    wide c = a[0].c, s = a[0].s, sum = wide_splat(0.0);
+    heading_waves waves;
+    wide now[2] = {a[0].c[1], a[0].s[1]}, sum = wide_splat(0.0);
     const double *term = plan->term;
-    fill_heading_waves(plan, &a[1], &w);
+    fill_heading_waves(plan, &a[1], &waves);
     for (int i = 0, k = 0; i < plan->rows; i++, k++) {
         const kr_heading_row *row = &plan->row[i];
-        wide u = wide_splat(0.0), v = wide_splat(0.0);
+        wide u, v, next[2];
         for (; k < row->first; k++) {
-            const wide next = c * a[0].cosine - s * a[0].sine;
-            s = s * a[0].cosine + c * a[0].sine;
-            c = next;
+            turn_wave(now, a[0].c[2], a[0].s[2], next);
+            memcpy(now, next, sizeof now);
         }
-        for (int j = 0; j < row->count; j++, term += 2) {
-            u = u + term[0] * w.c[row->from + j];
-            v = v + term[1] * w.s[row->from + j];
-        }
-        sum = sum + (plan->is_even ? s * u + c * v : c * u + s * v);
-        const wide next = c * a[0].cosine - s * a[0].sine;
-        s = s * a[0].cosine + c * a[0].sine;
-        c = next;
+        sum_heading_row(term, row->count, waves.w + 2 * row->from, &u, &v);
+        term += 2 * row->count;
+        sum = sum + (plan->is_even ? now[1] * u + now[0] * v : now[0] * u + now[1] * v);
+        turn_wave(now, a[0].c[2], a[0].s[2], next);
+        memcpy(now, next, sizeof now);
     }
     return sum;
 }
