@@ -13,7 +13,7 @@
 enum {
     ANGLE_TERMS = 1024,     /* largest number of terms of a series in one angle */
     HEADING_ROWS = 1024,    /* largest number of multiples of the first angle */
-    HEADING_WIDE = 512,     /* largest number of multiples of the second angle */
+    HEADING_WIDE = 514,     /* largest number of multiples of the second angle, even */
     HEADING_TERMS = 131072, /* largest number of coefficients; each pair has two */
     SLOW_TERMS = 64,
     GUESSES = 3 /* steps of Newton's method with the first terms of the series of the time */

@@ -128,8 +128,8 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
          slip = wide_splat(0.0), value;
     for (int step = 0; step < GUESSES; step++)
-        slip = wide_max(wide_min(improve_slip(plan, half, plan->guess_terms[step], slip, &value),
-                                 high), low);
+        slip = wide_max(
+            wide_min(improve_slip(plan, half, plan->guess_terms[step], slip, &value), high), low);
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         wide next = improve_slip(plan, half, plan->angle[0].times, slip, &value);
@@ -137,8 +137,7 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
         const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
-                   is_safe =
-                       mask_and(is_inside, wide_at_most(wide_abs(next - slip), 0.5 * moved));
+                   is_safe = mask_and(is_inside, wide_at_most(wide_abs(next - slip), 0.5 * moved));
         next = wide_choose(is_safe, next, 0.5 * (low + high));
         moved = wide_abs(next - slip);
         const mask settled =

@@ -47,7 +47,8 @@ double kr_bench_torus_states(int kind, const void *plan, int batch, size_t n, co
     if (batch)
         kr_torus_states(form, plan, n, t, out);
     else
-        for (size_t i = 0; i < n; i++) out[i] = kr_torus_widest_isa(form)->scalar->state(plan, t[i]);
+        for (size_t i = 0; i < n; i++)
+            out[i] = kr_torus_widest_isa(form)->scalar->state(plan, t[i]);
     return (now() - begin) / (double)n;
 }
 /* Returns the seconds that the Taylor series takes to the time t, or a negative number. */
