@@ -3,7 +3,10 @@
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
 #define KR_KOWALEWSKI_PLAN_H
-#include "kowalewski_theta.h"
+#include "kowalewski_dual.h"
+
+/* Certificate above which dual sums are tried. */
+#define CANCELLED 2e-14
 
 /* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
  * e3>. */
@@ -20,6 +23,7 @@ typedef struct kowalewski_work {
     kowalewski_rates rates;
     kowalewski_roots roots;
     theta_work theta;
+    dual_work dual;
     double start[2]; /* theta1 and theta2 at the start */
     double rate_miss;
 } kowalewski_work;
@@ -123,11 +127,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
  * The classes of the sums do not determine these multiples. They are found from the rate of the
  * larger of A = S + T and B = S - T at the start, where, up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
-static dd find_heading(kowalewski_work *w, const dd state[6])
+static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
     const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
-    cx sum[2], slope[2];
-    sum_start(w, &w->theta, sum, slope);
     cx a = cx_add(sum[0], sum[1]), b = cx_sub(sum[0], sum[1]), da = cx_add(slope[0], slope[1]),
        x = cx_of(state[0].hi, state[1].hi);
     double spin = -0.5 * state[2].hi;
@@ -225,6 +227,85 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
+/* Appends the rows of a dual sum. Returns 0 if there is no room. */
+static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual_work *d, int sum,
+                            int *rows, int *terms)
+{
+    const int words = sum < SUM_P ? 2 : 1;
+    plan->rows[sum] = 0;
+    for (int from = 0, to; from < d->count; from = to) {
+        const int k1 = d->term[from].k1;
+        for (to = from; to < d->count && d->term[to].k1 == k1;) to++;
+        for (int rest = 0; rest < 4; rest++) {
+            kr_sum_row row = {k1, 0, 0, 0};
+            for (int i = from; i < to; i++) {
+                const dual_term *n = &d->term[i];
+                cx c;
+                if ((n->k2 & 3) != rest || !dual_coefficient(t, d, sum, n, &c)) continue;
+                if (row.count == 0) row.k2 = n->k2;
+                if (*terms + words > SUM_TERMS) return 0;
+                plan->term[(*terms)++] = c.re;
+                if (words == 2) plan->term[(*terms)++] = c.im;
+                row.count++;
+            }
+            if (row.count == 0) continue;
+            if (*rows == SUM_ROWS) return 0;
+            plan->row[(*rows)++] = row;
+            plan->rows[sum]++;
+        }
+    }
+    return 1;
+}
+/* Writes S and T at the start, and their time derivatives, for dual sums. A real part of slope/sum
+ * that both have in common is left out. */
+static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
+{
+    const dual_work *d = &w->dual;
+    const double pi = 3.14159265358979323846, first = w->rates.rate[0].hi,
+                 second = w->rates.rate[1].hi,
+                 one = (d->bend[0] * first + d->bend[1] * second) / (4.0 * pi),
+                 two = (d->bend[1] * first + d->bend[2] * second) / (4.0 * pi),
+                 turn = -(one * beta[0] + two * beta[1]) * 2.0 / pi;
+    growth_lanes growth;
+    make_growth(d, w->start, &growth);
+    for (int j = 0; j < 2; j++) {
+        sum[j] = slope[j] = cx_of(0.0, 0.0);
+        for (int i = 0; i < d->count; i++) {
+            const dual_term *n = &d->term[i];
+            cx c;
+            if (!dual_coefficient(&w->theta, d, spinor_sums[j], n, &c)) continue;
+            c = cx_scale(growth_at(&growth, n), c);
+            sum[j] = cx_add(sum[j], c);
+            slope[j] = cx_add(slope[j], cx_scale(n->k1 * one + n->k2 * two, c));
+        }
+        slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
+    }
+}
+/* Computes and stores all dual sums for one beta, whose constants of S and T are known. Returns 0
+ * if there is no room. */
+static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
+{
+    static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
+    static const double none[2] = {0.0, 0.0};
+    const double pi = 3.14159265358979323846;
+    int rows = 0, terms = 0;
+    plan->dual = 1;
+    memcpy(plan->bend, d->bend, sizeof plan->bend);
+    memcpy(plan->wide, d->wide, sizeof plan->wide);
+    for (int j = 0; j < 2; j++) {
+        plan->twist[j] = -(d->bend[j] * beta[0] + d->bend[1 + j] * beta[1]) / (pi * pi);
+        if (!append_dual_rows(plan, t, d, spinor_sums[j], &rows, &terms)) return 0;
+    }
+    size_dual_terms(d, none);
+    t->misfit = 0.0;
+    for (int sum = SUM_P; sum < SUMS; sum++) {
+        const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
+        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two);
+        find_velocity(t, two, which);
+        if (!append_dual_rows(plan, t, d, sum, &rows, &terms)) return 0;
+    }
+    return 1;
+}
 /* Returns the certificate of the sums. It is the largest of four errors: the ratio of the last
  * singular values, the misfit of the angular velocity, the asymmetry of B, and the error of the
  * heading's rate. */
@@ -233,6 +314,41 @@ static double certificate_of(const kowalewski_work *w)
     const theta_work *t = &w->theta;
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
     return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
+}
+/* Computes the sums, and the rate of the heading. */
+static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan,
+                                       dd *heading)
+{
+    cx sum[2], slope[2];
+    plan->dual = 0;
+    if (!find_spinor_class(&w->theta)) return KR_KOWALEWSKI_SUMS;
+    sum_start(w, &w->theta, sum, slope);
+    *heading = find_heading(w, state, sum, slope);
+    return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
+}
+/* Computes the dual sums, and the rate of the heading. Returns 0 if there are none. */
+static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
+{
+    theta_work *t = &w->theta;
+    dual_work *d = &w->dual;
+    double least = INFINITY, beta[2];
+    cx sum[2], slope[2];
+    int best = 0;
+    if (!list_dual_terms(&t->matrix, d)) return 0;
+    for (int i = 0; i < SUMS; i++) make_basis(t->kind, i, &d->basis[i]);
+    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
+    for (int i = 0; i < 4; i++) {
+        find_beta(&t->matrix, i, beta);
+        const double ratio = find_dual_spinor(t, d, beta);
+        if (ratio < least) least = ratio, best = i;
+        if (ratio < 1e-12) break;
+    }
+    if (!(least < 1e-8)) return 0;
+    find_beta(&t->matrix, best, beta);
+    t->certificate = find_dual_spinor(t, d, beta);
+    sum_dual_start(w, beta, sum, slope);
+    *heading = find_heading(w, state, sum, slope);
+    return fill_dual_sums(plan, t, d, beta);
 }
 /* Returns the name of a degenerate motion, or `refusal` if the motion has no name. The start may
  * differ from such a motion by rounding errors. */
@@ -276,9 +392,17 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
         return unresolved;
     t->kind = kind_of(o);
     make_samples(w, t->sample);
-    if (!find_spinor_class(t)) return KR_KOWALEWSKI_SUMS;
-    const dd heading = find_heading(w, top->state);
-    if (!fill_sums(plan, t)) return KR_KOWALEWSKI_TERMS;
+    dd heading;
+    kr_kowalewski_refusal refusal = make_sums(w, top->state, plan, &heading);
+    const double certificate = refusal ? INFINITY : certificate_of(w);
+    /* The sums above have lost digits to cancellation, or there are none. */
+    if (!(certificate < CANCELLED)) {
+        if (make_dual_sums(w, top->state, plan, &heading) && certificate_of(w) < certificate)
+            refusal = KR_KOWALEWSKI_PLANNED;
+        else if (refusal == KR_KOWALEWSKI_PLANNED)
+            refusal = make_sums(w, top->state, plan, &heading);
+    }
+    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
     for (int i = 0; i < 3; i++) {
         plan->torus.turn[i] = phase_of(rate[i]);

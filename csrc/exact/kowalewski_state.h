@@ -45,6 +45,80 @@ INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes 
         w->im2[k & 1][up] = im[k];
     }
 }
+/* Powers of the growths exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one` has the
+ * power k at index k + WIDE_MOST. `two` has it at index (k + WIDE_MOST)/4 of the array for k modulo
+ * 4, so that the powers for a row are contiguous. */
+typedef struct growth_lanes {
+    wide one[2 * WIDE_MOST + 1];
+    wide two[4][WIDE_MOST / 2 + 1];
+} growth_lanes;
+
+/* Writes the powers of exp(a) for the exponents -most to most at the indices 0 to 2 WIDE_MOST. */
+INLINE void fill_growth_powers(dd a, int most, wide out[])
+{
+    const exponential e = exponential_of(a);
+    wide *const up = out + WIDE_MOST;
+    up[0] = wide_splat(1.0);
+    up[1] = e.plus * (e.even + e.odd);
+    up[-1] = e.minus * (e.even - e.odd);
+    for (int k = 2; k <= most; k++) {
+        up[k] = up[k / 2] * up[k - k / 2];
+        up[-k] = up[-(k / 2)] * up[k / 2 - k];
+    }
+}
+/* Writes the powers for half of each angle in turns, x. `bend` has the elements of 2 pi^2 B^-1. */
+INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
+{
+    wide power[2 * WIDE_MOST + 1];
+    const dd one = dd_add(dd_times(wide_splat(bend[0]), x[0]), dd_times(wide_splat(bend[1]), x[1])),
+             two = dd_add(dd_times(wide_splat(bend[1]), x[0]), dd_times(wide_splat(bend[2]), x[1]));
+    fill_growth_powers(one, most[0], w->one);
+    fill_growth_powers(two, most[1], power);
+    for (int k = -most[1]; k <= most[1]; k++)
+        w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
+}
+/* Writes the dual sum of some rows, whose terms begin at `term`. The terms of complex sums have two
+ * numbers. Returns the address after their last term. */
+INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
+                                   const double *term, const growth_lanes *w, wide *re, wide *im)
+{
+    wide sum_re = wide_splat(0.0), sum_im = wide_splat(0.0);
+    for (int i = 0; i < rows; i++, row++) {
+        const wide *y = &w->two[row->k2 & 3][(row->k2 + WIDE_MOST) / 4];
+        const wide x = w->one[row->k1 + WIDE_MOST];
+        wide u = wide_splat(0.0), v = wide_splat(0.0);
+        if (is_complex)
+            for (int k = 0; k < row->count; k++, term += 2) {
+                u = u + term[0] * y[k];
+                v = v + term[1] * y[k];
+            }
+        else
+            for (int k = 0; k < row->count; k++) u = u + *term++ * y[k];
+        sum_re = sum_re + x * u;
+        sum_im = sum_im + x * v;
+    }
+    *re = sum_re;
+    *im = sum_im;
+    return term;
+}
+/* Writes all dual sums, and adds to the phase of e what depends on the other two phases. */
+INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wide re[], wide im[])
+{
+    growth_lanes w;
+    dd x[2];
+    const kr_sum_row *row = plan->row;
+    const double *term = plan->term;
+    for (int j = 0; j < 2; j++) {
+        x[j] = dd_make(phase[j].hi - nearest(phase[j].hi), phase[j].lo);
+        x[j] = two_sum_ordered(x[j].hi, x[j].lo);
+        *turn = dd_add(*turn, dd_times(wide_splat(plan->twist[j]), x[j]));
+    }
+    fill_growth(plan->bend, plan->wide, x, &w);
+    for (int i = 0; i < SUMS; i++) {
+        term = sum_dual_rows(row, plan->rows[i], i < SUM_P, term, &w, &re[i], &im[i]);
+        row += plan->rows[i];
+    }
+}
 /* Writes the sum of some rows, whose terms begin at `term`. Returns the address after their last
  * term. */
 INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
@@ -72,12 +146,9 @@ INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *ter
     *im = sum_im;
     return term;
 }
-/* Returns the state with the three phases of the plan at `time`. The frame of the plan makes it a
- * state of the frame of description. */
-INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
+INLINE void sum_all(const kr_theta_sums *plan, const dd phase[2], wide re[], wide im[])
 {
     wave_lanes w;
-    wide re[SUMS], im[SUMS], s, c;
     const kr_sum_row *row = plan->row;
     const double *term = plan->term;
     fill_waves(plan, phase, &w);
@@ -85,7 +156,18 @@ INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, co
         term = sum_rows(row, plan->rows[i], term, &w, &re[i], &im[i]);
         row += plan->rows[i];
     }
-    sincos_turns(phase[2], &s, &c);
+}
+/* Returns the state with the three phases of the plan at `time`. The frame of the plan makes it a
+ * state of the frame of description. */
+INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
+{
+    wide re[SUMS], im[SUMS], s, c;
+    dd turn = phase[2];
+    if (plan->dual)
+        sum_dual(plan, phase, &turn, re, im);
+    else
+        sum_all(plan, phase, re, im);
+    sincos_turns(turn, &s, &c);
     const wide S2 = re[SUM_S] * re[SUM_S] + im[SUM_S] * im[SUM_S],
                T2 = re[SUM_T] * re[SUM_T] + im[SUM_T] * im[SUM_T],
                n = 1.0 / wide_sqrt(0.5 * (S2 + T2)), half = 0.5 * n;

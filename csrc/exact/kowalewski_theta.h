@@ -245,20 +245,25 @@ static double find_spinor(theta_work *w, const double beta[2])
     find_sizes(w);
     return better;
 }
-/* Computes the constants of S and T for one of four values of b, which differ by rows of B/2.
- * Multiples of the rows of B are added that make the sums smallest. Returns the ratio of
- * find_spinor. */
-static double try_spinor_class(theta_work *w, int i)
+/* Writes beta for one of four values of b, which differ by rows of B/2. Multiples of the rows of B
+ * are added that make the sums smallest. */
+static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
-    const kowalewski_matrix *m = &w->matrix;
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
                  x = (m->b22 * m->shift[0] - m->b12 * m->shift[1]) / det,
                  y = (m->b11 * m->shift[1] - m->b12 * m->shift[0]) / det;
     const int try1 = (i & 1) ^ 1, try2 = i >> 1;
     const double m1 = try1 + 2.0 * floor(0.5 * (2.0 * x - try1) + 0.5),
                  m2 = try2 + 2.0 * floor(0.5 * (2.0 * y - try2) + 0.5);
-    const double beta[2] = {0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0],
-                            0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1]};
+    beta[0] = 0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0];
+    beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
+}
+/* Computes the constants of S and T for one of four values of b. Returns the ratio of
+ * find_spinor. */
+static double try_spinor_class(theta_work *w, int i)
+{
+    double beta[2];
+    find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta);
 }
 /* Tries the four values of b until one fits well. If none does, the best one is used. Returns 0 if

@@ -10,7 +10,8 @@ static size_t kowalewski_used_size(const void *memory)
     const kr_theta_sums *plan = memory;
     size_t terms = 0;
     for (int sum = 0, at = 0; sum < SUMS; sum++)
-        for (int i = 0; i < plan->rows[sum]; i++) terms += (size_t)plan->row[at++].count;
+        for (int i = 0; i < plan->rows[sum]; i++)
+            terms += (size_t)plan->row[at++].count * (plan->dual && sum < SUM_P ? 2 : 1);
     return offsetof(kr_theta_sums, term) + terms * sizeof *plan->term;
 }
 static size_t chaplygin_used_size(const void *memory)

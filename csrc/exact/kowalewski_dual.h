@@ -1,0 +1,244 @@
+/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as it is
+ * near a separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other
+ * terms, which do not cancel: with z = theta + i beta, the terms of a class r add up to
+ *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
+ * where k runs over the dual of the lattice of the class, shifted according to its signs. A factor
+ * that all sums have in common is left out, and so is exp(-i theta B^-1 beta), which belongs to e.
+ * With theta between -2 pi and 2 pi and k = (k1, k2)/4, what is left is
+ *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
+ * The unknown constants are those of combinations of classes whose terms are few.
+ *
+ * This header is compiled once for each instruction set. */
+#ifndef KR_KOWALEWSKI_DUAL_H
+#define KR_KOWALEWSKI_DUAL_H
+#include "kowalewski_state.h"
+#include "kowalewski_theta.h"
+
+/* The combinations of the classes of one sum: weight[b][i] is the weight of class i in combination
+ * b. There are as many combinations as classes. */
+typedef struct dual_basis {
+    int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
+    int half[2][CLASSES];                       /* twice the shifts of each class */
+    double weight[CLASSES][CLASSES];
+} dual_basis;
+typedef struct dual_term {
+    int k1, k2;
+    cx size;
+} dual_term;
+/* The terms of all sums for one beta, in ascending order of k1 and then of k2. */
+typedef struct dual_work {
+    double bend[3]; /* 2 pi^2 B^-1 */
+    int count, wide[2];
+    dual_term term[TERMS];
+    dual_basis basis[SUMS];
+    growth_lanes growth[SAMPLES]; /* at each sample */
+} dual_work;
+
+/* Returns the number exp(2 pi i n/8). */
+static cx eighth_turn(int n)
+{
+    const double half = 0.70710678118654752440;
+    const double c[8] = {1.0, half, 0.0, -half, -1.0, -half, 0.0, half};
+    return cx_of(c[n & 7], c[(n + 6) & 7]);
+}
+/* Returns the factor of term k1, k2 in class i of a sum: a root of unity, or 0. */
+static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1, int k2)
+{
+    const int pairs = has_pairs(kind), one = 2 * b->half[0][i], two = 2 * b->half[1][i];
+    const int is_in = pairs ? ((k1 - one) & 3) == 0 && ((k2 - two) & 3) == 0
+                            : ((k1 + k2 - one) & 3) == 0 && ((2 * k2 - two) & 3) == 0;
+    if (!is_in) return cx_of(0.0, 0.0);
+    return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
+                       (is_imaginary(sum, b->second[i]) ? 2 : 0));
+}
+/* Appends a combination if it is linearly independent of the others. */
+static void append_combination(dual_basis *b, int *found, const double weight[])
+{
+    double rest[CLASSES], size = 0.0, left = 0.0;
+    for (int i = 0; i < b->count; i++) size += weight[i] * weight[i];
+    memcpy(rest, weight, sizeof rest);
+    for (int j = 0; j < *found; j++) {
+        double dot = 0.0, square = 0.0;
+        for (int i = 0; i < b->count; i++) {
+            dot += rest[i] * b->weight[j][i];
+            square += b->weight[j][i] * b->weight[j][i];
+        }
+        for (int i = 0; i < b->count; i++) rest[i] -= dot / square * b->weight[j][i];
+    }
+    for (int i = 0; i < b->count; i++) left += rest[i] * rest[i];
+    if (*found < b->count && size > 0.25 && left > 0.25 * size)
+        memcpy(b->weight[(*found)++], rest, sizeof rest);
+}
+/* Finds the combinations of the classes of a sum. Each has the terms of one k1 and one k2 modulo 8,
+ * or of two. */
+static void make_basis(int kind, int sum, dual_basis *b)
+{
+    const int pairs = has_pairs(kind);
+    int found = 0;
+    memset(b, 0, sizeof *b);
+    for (int k1 = 0; k1 < 2; k1++)
+        for (int k2 = 0; k2 < (pairs ? 2 : 4); k2++) {
+            if (!has_class(kind, sum, class_of(kind, k1, k2))) continue;
+            const int i = b->count++;
+            b->first[i] = k1;
+            b->second[i] = k2;
+            b->half[0][i] = sign_of_term(kind, sum, k1 + 2, k2 + (pairs ? 0 : 2)) < 0.0;
+            b->half[1][i] = sign_of_term(kind, sum, k1, k2 + (pairs ? 2 : 4)) < 0.0;
+        }
+    for (int k = 0; k < 64 && found < b->count; k++)
+        for (int which = 0; which < b->count; which++)
+            for (int part = 0; part < 2; part++) {
+                double weight[CLASSES] = {0.0};
+                for (int i = 0; i < b->count; i++) {
+                    /* Only classes with the same shifts belong together. */
+                    if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
+                        continue;
+                    const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
+                    weight[i] = part ? -f.im : f.re;
+                }
+                append_combination(b, &found, weight);
+            }
+}
+/* Returns the factor of term k1, k2 in combination `which`, or 0 if it is a rounding error. */
+static cx factor_of(const dual_basis *b, int kind, int sum, int which, int k1, int k2)
+{
+    cx factor = cx_of(0.0, 0.0);
+    for (int i = 0; i < b->count; i++)
+        factor =
+            cx_add(factor, cx_scale(b->weight[which][i], factor_of_class(b, kind, sum, i, k1, k2)));
+    return cx_square(factor) > 1e-20 ? factor : cx_of(0.0, 0.0);
+}
+/* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for theta in the cell. */
+static double distance_to_cell(const double bend[3], double k1, double k2)
+{
+    /* With theta = 2 pi x, |x| <= 1. The two coordinates are improved in turn. */
+    double x = fmax(-1.0, fmin(1.0, k1)), y = fmax(-1.0, fmin(1.0, k2));
+    for (int i = 0; i < 40; i++) {
+        x = fmax(-1.0, fmin(1.0, k1 - bend[1] / bend[0] * (y - k2)));
+        y = fmax(-1.0, fmin(1.0, k2 - bend[1] / bend[2] * (x - k1)));
+    }
+    return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
+           2.0 * bend[1] * (x - k1) * (y - k2);
+}
+/* Returns 1 if no power of a growth exceeds the range of doubles. */
+static int are_growths_small(const dual_work *d)
+{
+    const double first = d->bend[0] + fabs(d->bend[1]), second = d->bend[2] + fabs(d->bend[1]);
+    return d->wide[0] * first + d->wide[1] * second < 1200.0;
+}
+/* Lists the terms that matter somewhere. Returns 0 if there are too many, or if they are too large
+ * for doubles. */
+static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
+{
+    const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
+                 mean = 0.5 * (m->b11 + m->b22), least = det / (mean + sqrt(mean * mean - det)),
+                 cut = 37.0 + 5.0 / least, b[2] = {m->b11, m->b22};
+    int most[2];
+    d->bend[0] = 2.0 * pi * pi * m->b22 / det;
+    d->bend[1] = -2.0 * pi * pi * m->b12 / det;
+    d->bend[2] = 2.0 * pi * pi * m->b11 / det;
+    d->count = d->wide[0] = d->wide[1] = 0;
+    for (int j = 0; j < 2; j++) {
+        const double reach = 4.0 * (1.0 + sqrt(2.0 * cut * b[j]) / (2.0 * pi));
+        if (!(reach < WIDE_MOST)) return 0;
+        most[j] = (int)reach;
+    }
+    for (int k1 = -most[0]; k1 <= most[0]; k1++)
+        for (int k2 = -most[1]; k2 <= most[1]; k2++) {
+            if (!(distance_to_cell(d->bend, 0.25 * k1, 0.25 * k2) < cut)) continue;
+            if (d->count == TERMS) return 0;
+            dual_term *n = &d->term[d->count++];
+            n->k1 = k1;
+            n->k2 = k2;
+            if (abs(k1) > d->wide[0]) d->wide[0] = abs(k1);
+            if (abs(k2) > d->wide[1]) d->wide[1] = abs(k2);
+        }
+    return are_growths_small(d);
+}
+/* Sets the sizes of the terms for one beta. */
+static void size_dual_terms(dual_work *d, const double beta[2])
+{
+    const double pi = 3.14159265358979323846,
+                 one = (d->bend[0] * beta[0] + d->bend[1] * beta[1]) / (8.0 * pi * pi),
+                 two = (d->bend[1] * beta[0] + d->bend[2] * beta[1]) / (8.0 * pi * pi);
+    for (int i = 0; i < d->count; i++) {
+        dual_term *n = &d->term[i];
+        const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
+                 b = dd_times(n->k1 * n->k2 / 8.0, dd_of(d->bend[1])),
+                 c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
+        const exponential e = exponential_of(dd_neg(dd_add(dd_add(a, c), b)));
+        double s, t;
+        sincos_turns(dd_of(n->k1 * one + n->k2 * two), &s, &t);
+        n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));
+    }
+}
+/* Writes the powers that belong to two angles. */
+static void make_growth(const dual_work *d, const double theta[2], growth_lanes *w)
+{
+    const double fourth = 0.25 * 0.31830988618379067154; /* 1/(4 pi) */
+    dd x[2];
+    for (int j = 0; j < 2; j++) x[j] = dd_of(fourth * theta[j] - nearest(fourth * theta[j]));
+    fill_growth(d->bend, d->wide, x, w);
+}
+/* Returns the power that belongs to a term. */
+static double growth_at(const growth_lanes *w, const dual_term *n)
+{
+    return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
+}
+/* Adds a term to the sums over each combination at all samples. `which` is the index of the sum in
+ * a pair of sums. */
+static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n)
+{
+    const dual_basis *b = &d->basis[sum];
+    for (int c = 0, at = 0; c < b->count; c++, at++) {
+        while (!has_class(w->kind, sum, at)) at++;
+        const cx f = cx_mul(n->size, factor_of(b, w->kind, sum, c, n->k1, n->k2));
+        if (cx_square(f) == 0.0) continue;
+        for (int i = 0; i < SAMPLES; i++) {
+            cx *to = &w->column[i][which][at];
+            *to = cx_add(*to, cx_scale(growth_at(&d->growth[i], n), f));
+        }
+    }
+}
+/* Computes the sums over each combination, for two sums at all samples. */
+static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2])
+{
+    memset(w->column, 0, sizeof w->column);
+    for (int i = 0; i < d->count; i++)
+        for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i]);
+}
+/* Computes the constants of S and T for one beta, as find_spinor does. */
+static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2])
+{
+    size_dual_terms(d, beta);
+    fill_dual_columns(w, d, spinor_sums);
+    for (int i = 0; i < SAMPLES; i++) {
+        double size = 0.0;
+        for (int j = 0; j < 2; j++)
+            for (int c = 0; c < CLASSES; c++) size += cx_square(w->column[i][j][c]);
+        w->sample[i].size = sqrt(size);
+    }
+    const double ratio = solve_spinor(w);
+    if (!(ratio < 1e-8)) return ratio;
+    find_sizes(w);
+    const double better = solve_spinor(w);
+    find_sizes(w);
+    return better;
+}
+/* Writes the coefficient of a term in a sum. Returns 0 if the sum does not have the term. */
+static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, const dual_term *n,
+                            cx *out)
+{
+    const dual_basis *b = &d->basis[sum];
+    int has = 0;
+    *out = cx_of(0.0, 0.0);
+    for (int c = 0, at = 0; c < b->count; c++, at++) {
+        while (!has_class(t->kind, sum, at)) at++;
+        const cx f = factor_of(b, t->kind, sum, c, n->k1, n->k2);
+        has |= cx_square(f) > 0.0;
+        *out = cx_add(*out, cx_scale(t->constant[sum][at], f));
+    }
+    *out = cx_mul(*out, n->size);
+    return has;
+}
+#endif
