@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -83,6 +84,14 @@ class Series(NamedTuple):
         mean = self.values.sum(axis=0) / number
         square = np.where(self.measured, (self.values - mean) ** 2, 0.0).sum(axis=0) / number
         return float(np.sqrt(square.mean())) or float(np.abs(self.values).max()) or 1.0
+
+    @property
+    def size(self) -> float:
+        """The root mean square of the values, or 1 rad for attitudes and angles."""
+        if self.is_attitude or self.is_angle:
+            return 1.0
+        square = float((self.values**2).sum()) / max(int(self.measured.sum()), 1)
+        return math.sqrt(square) or 1.0
 
 
 @dataclass(frozen=True, eq=False, init=False)

@@ -28,7 +28,7 @@ from .rotations import (
     wrap_angle,
 )
 
-_STEPS = 20  # a trial may take this many times the steps of the guesses
+_STEPS = 4  # a trial may take this many times the steps of the guesses
 STEPS_MOST = 10**6
 _FEWEST_STEPS = 1000
 
