@@ -3,12 +3,13 @@
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._fit.measurable import MEASURABLE, SEEN_FROM_BODY
 from kreisel._fit.parameters import Parameters, parse_free
-from kreisel._fit.quantity_derivatives import EVALUATIONS
 from kreisel._fit.residuals import ResidualModel
 
 TIMES = np.linspace(-1.0, 3.0, 9)
 TURN = np.array((0.8, -0.3, 0.4, 0.2)) / np.linalg.norm((0.8, -0.3, 0.4, 0.2))
+PLACE = (0.4, -0.7, 0.5)
 ALL = ("start", "moments", "com", "gravity", "mass", "damping", "axes")
 DESCRIPTIONS = {
     "principal axes": lambda body: body,
@@ -27,16 +28,27 @@ def make_scene(description):
     )
 
 
+def measure(name, path):
+    if name == "specific_force":
+        return path.specific_force(PLACE)
+    return np.array(getattr(path, name))
+
+
+def make_record(name, t, values, sigma, **words):
+    place = {"point": PLACE} if name == "specific_force" else {}
+    return kr.Record(t, {name: values}, sigma, **words, **place)
+
+
 def make_model(name, scene, free):
     """Return a model of one quantity with all properties of the instrument, and a point."""
     rng = np.random.default_rng(3)
-    values = np.array(getattr(kr.solve(scene, TIMES[TIMES >= 0.0]), name))
+    values = measure(name, kr.solve(scene, TIMES[TIMES >= 0.0]))
     values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]
     if name != "q":
         values = values + 0.05 * rng.normal(size=values.shape)
     instrument = ["delay"] if name == "q" else ["bias", "scale", "delay"]
-    instrument += ["mounting"] if name == "q" or name.startswith("body_") else []
-    record = kr.Record(TIMES, {name: values}, 0.3, free=instrument)
+    instrument += ["mounting"] if name == "q" or name in SEEN_FROM_BODY else []
+    record = make_record(name, TIMES, values, 0.3, free=instrument)
     parameters = Parameters(scene, parse_free(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.natural_sizes(parameters.start), 1.0)
@@ -46,8 +58,11 @@ def make_model(name, scene, free):
 @pytest.mark.parametrize(
     "name, free, description",
     [
-        *((name, ALL, "principal axes") for name in EVALUATIONS),
-        *((name, ALL, "turned") for name in ("q", "body_velocity", "frame", "spin_angle")),
+        *((name, ALL, "principal axes") for name in MEASURABLE),
+        *(
+            (name, ALL, "turned")
+            for name in ("q", "body_velocity", "specific_force", "frame", "spin_angle")
+        ),
         *((name, ("lever",), "turned") for name in ("apex", "potential", "spin")),
     ],
 )
@@ -67,11 +82,11 @@ def test_derivatives_agree_with_differences(name, free, description):
 
 
 @pytest.mark.parametrize("description", DESCRIPTIONS)
-@pytest.mark.parametrize("name", EVALUATIONS)
+@pytest.mark.parametrize("name", MEASURABLE)
 def test_values_are_those_of_a_path(name, description):
     scene = make_scene(description)
     path = kr.solve(scene, np.linspace(0.0, 3.0, 9))
-    record = kr.Record(path.t, {name: getattr(path, name)}, 1.0)
+    record = make_record(name, path.t, measure(name, path), 1.0)
     parameters = Parameters(scene, ("attitude",), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     assert np.abs(model.evaluate(parameters.start).residuals).max() < 1e-13

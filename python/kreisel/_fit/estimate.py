@@ -13,6 +13,7 @@ from .levenberg_marquardt import LossName
 from .parameters import FreeName, Parameters, parse_free
 from .records import Record
 from .search_session import SearchSession
+from .summary import describe_misfit, is_misfit
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -78,7 +79,8 @@ def fit(
     Raises TypeError or ValueError for invalid arguments, for fewer numbers than free parameters,
     and for a quantity that no free parameter changes. Raises kreisel.Error if no motion can be
     computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C, with the
-    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge.
+    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, and if no
+    motion fits the records.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free(free), _parse_records(records)
@@ -119,6 +121,8 @@ def _run_sessions(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a nearer guess"
         )
+    if is_misfit(best):
+        warn(describe_misfit(best))
     return best
 
 

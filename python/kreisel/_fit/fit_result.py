@@ -16,6 +16,7 @@ from .._results.path import Path
 from .._utils.atomic_io import atomic_write
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, ReadOnlyArrays, as_int, freeze_arrays
+from .aliasing import describe_alias
 from .fit_path import solve_pieces
 from .identifiability import describe_blind_directions
 from .parameters import Parameters, Point
@@ -65,6 +66,10 @@ class Fit(ReadOnlyArrays):
     nonlinearity  deviation from 1 of the relative rise of chi2 at one standard deviation along the
                   least certain direction. If it is large, the errors are not normal
     unidentified  a sentence for each direction that the records do not determine
+    ambiguous     a sentence about another spin that fits as well, for records with few samples a
+                  turn; empty otherwise
+    misfit        the root mean square of the residuals relative to that of the values, or to 1 rad.
+                  For the soft loss it is estimated from the median
     at_bound      a sentence for each parameter at its bound. Its error is that without the bound
     has_converged  False if the search ended at the largest number of paths
     evaluations   the number of computed paths
@@ -87,6 +92,8 @@ class Fit(ReadOnlyArrays):
     inflation: float
     nonlinearity: float
     unidentified: tuple[str, ...]
+    ambiguous: tuple[str, ...]
+    misfit: float
     at_bound: tuple[str, ...]
     has_converged: bool
     evaluations: int
@@ -258,6 +265,8 @@ def make_fit(session: SearchSession) -> Fit:
         *_read_statistics(statistics),
         _measure_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
+        () if session.alias is None else (describe_alias(best.point, session.alias),),
+        session.measure_share(),
         _describe_bounds(p, best.point, best.natural),
         best.has_converged,
         session.evaluations + session.model.evaluations,

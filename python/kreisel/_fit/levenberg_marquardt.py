@@ -23,6 +23,9 @@ _DAMPING = 1e-6  # first damping, relative to the largest eigenvalue
 _DAMPING_MOST = 1e3
 _DAMPING_LEAST = 1e-14
 _FACTOR = 16.0  # change of the damping after a failed and after a successful step
+_FAR = 100.0  # mean square residual of points that are far from the records
+_SLOW = 1e-2  # relative improvement there that is slow
+_SLOW_MOST = 5  # slow improvements in succession after which a search far away ends
 _NOISELESS = 1e-22  # mean square residual that is rounding error
 
 P = TypeVar("P")
@@ -85,13 +88,17 @@ class Search(NamedTuple):
 
 
 def minimize(model: Model[P], point: P, search: Search) -> Minimum:
-    """Return the local minimum of the cost that a search from `point` finds."""
+    """Return the local minimum of the cost that a search from `point` finds.
+
+    The search ends early if it is far from the records and hardly improves.
+    """
     evaluation = model.evaluate(point)
     best = Minimum(point, evaluation, _finite_cost(evaluation, search.loss), False)
     damping, natural = _DAMPING, model.natural_sizes(point)
     if not np.isfinite(best.cost):
         return best
     search.report(best)
+    slow = 0
     while model.evaluations < search.limit:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
@@ -103,7 +110,8 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
         gain = best.cost - trial.cost
         point, best = trial.point, trial  # type: ignore[assignment]
         search.report(best)
-        if gain <= search.ftol * best.cost:
+        slow = slow + 1 if gain < _SLOW * best.cost and best.cost > _FAR * model.size else 0
+        if gain <= search.ftol * best.cost or slow > _SLOW_MOST:
             return best._replace(has_converged=True)
     return best
 

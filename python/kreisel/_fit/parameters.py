@@ -16,9 +16,9 @@ import numpy as np
 
 from .._model.body import Body
 from .._model.scene import Scene
-from .._options.quantities import QUANTITIES
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, short_repr
+from .measurable import MEASURABLE
 from .records import Record
 from .rotations import (
     conjugate_quaternions,
@@ -384,7 +384,7 @@ class Parameters:
 
     def _series_unit(self, i: int, label: str) -> str:
         quantity = next(s.quantity for s in self.records[i].series if s.name == label)
-        return QUANTITIES[quantity].dimension
+        return MEASURABLE[quantity].dimension
 
     def _describe_block(self, key: Key, count: int) -> list[str]:
         name, i, label = key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._options.quantities import ANGLES, QUANTITIES
+from .._results.specific_force import SPECIFIC_FORCE
 from .._utils.errors import unknown_name_message
 from .._utils.validation import (
     Array,
@@ -18,10 +20,11 @@ from .._utils.validation import (
     as_array,
     as_bool,
     as_finite_array,
+    as_vector,
     freeze_arrays,
     short_repr,
 )
-from .quantity_derivatives import EVALUATIONS, SEEN_FROM_BODY
+from .measurable import ANGULAR, MEASURABLE, SEEN_FROM_BODY
 from .table_columns import columns_of_frame, read_csv_columns, select_columns
 
 if TYPE_CHECKING:
@@ -35,7 +38,8 @@ Columns = Mapping[str, str | Sequence[str]]
 INSTRUMENT: tuple[InstrumentName, ...] = ("bias", "scale", "mounting", "delay")
 _UNIT_RTOL = 1e-3  # measured quaternions may differ from unit quaternions by rounding to 3 digits
 _MANY_TURNS = 4.0 * np.pi  # a larger measured angle is probably in degrees [rad]
-_PARTS = {c: (name, k) for name, q in QUANTITIES.items() for k, c in enumerate(q.components)}
+_KNOWN = QUANTITIES | MEASURABLE
+_PARTS = {c: (name, k) for name, q in _KNOWN.items() for k, c in enumerate(q.components)}
 
 
 class Series(NamedTuple):
@@ -81,6 +85,14 @@ class Series(NamedTuple):
         square = np.where(self.measured, (self.values - mean) ** 2, 0.0).sum(axis=0) / number
         return float(np.sqrt(square.mean())) or float(np.abs(self.values).max()) or 1.0
 
+    @property
+    def size(self) -> float:
+        """The root mean square of the values, or 1 rad for attitudes and angles."""
+        if self.is_attitude or self.is_angle:
+            return 1.0
+        square = float((self.values**2).sum()) / max(int(self.measured.sum()), 1)
+        return math.sqrt(square) or 1.0
+
 
 @dataclass(frozen=True, eq=False, init=False)
 class Record(ReadOnlyArrays):
@@ -95,7 +107,14 @@ class Record(ReadOnlyArrays):
     free     properties of the instrument that the fit estimates: "bias" and "scale" of each
              component, "mounting", the rotation from the instrument to the frame of the body, and
              "delay", by which the clock of the instrument is ahead [T]
-    degrees  True: angles and angular velocities are in degrees, and their sigma too
+    degrees  True: angles, angular velocities and angular accelerations are in degrees, and their
+             sigma too
+    point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
+             point in the frame of the body [L]
+
+    Quantities are those of a path, and specific_force, the acceleration of `point` minus that of
+    gravity, seen from the frame of the body [L T^-2]. At rest it points up and has the size of
+    gravity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.
@@ -113,6 +132,7 @@ class Record(ReadOnlyArrays):
     t: Array
     free: tuple[InstrumentName, ...]
     series: tuple[Series, ...]
+    point: Array | None
 
     def __init__(
         self,
@@ -122,6 +142,7 @@ class Record(ReadOnlyArrays):
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
         degrees: bool = False,
+        point: ArrayLike | None = None,
     ) -> None:
         times = _parse_times(t)
         if not isinstance(values, Mapping):
@@ -138,7 +159,8 @@ class Record(ReadOnlyArrays):
             raise ValueError("values has no measurement: all numbers are NaN")
         kept = self.__dict__
         kept["t"], kept["series"], kept["free"] = times, series, _parse_free(free, series)
-        freeze_arrays((times, series))
+        kept["point"] = _parse_point(point, series)
+        freeze_arrays((times, series, kept["point"]))
 
     @property
     def size(self) -> int:
@@ -167,6 +189,7 @@ class Record(ReadOnlyArrays):
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
         degrees: bool = False,
+        point: ArrayLike | None = None,
     ) -> Record:
         """Read a record from a CSV file whose first line has the names of the columns.
 
@@ -180,7 +203,7 @@ class Record(ReadOnlyArrays):
         """
         table = read_csv_columns(file)
         times, values = select_columns(table, columns, t, _PARTS)
-        return cls(times, values, sigma, free, degrees=degrees)
+        return cls(times, values, sigma, free, degrees=degrees, point=point)
 
     @classmethod
     def from_pandas(
@@ -192,6 +215,7 @@ class Record(ReadOnlyArrays):
         free: InstrumentName | Iterable[InstrumentName] = (),
         *,
         degrees: bool = False,
+        point: ArrayLike | None = None,
     ) -> Record:
         """Return a record of the columns of a pandas.DataFrame.
 
@@ -199,7 +223,7 @@ class Record(ReadOnlyArrays):
         name has the times. Raises TypeError for other objects than a DataFrame.
         """
         times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
-        return cls(times, values, sigma, free, degrees=degrees)
+        return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 
 def _count(series: Series) -> int:
@@ -233,10 +257,10 @@ def _resolve_name(name: object) -> tuple[str, int | None]:
     """Return the quantity and the index of the component that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
-    quantity, part = (name, None) if name in QUANTITIES else _PARTS.get(name, (name, None))
-    if quantity not in QUANTITIES:
-        raise ValueError(unknown_name_message("quantity", name, [*EVALUATIONS, *_PARTS]))
-    if quantity not in EVALUATIONS:
+    quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))
+    if quantity not in _KNOWN:
+        raise ValueError(unknown_name_message("quantity", name, [*MEASURABLE, *_PARTS]))
+    if quantity not in MEASURABLE:
         raise ValueError(f"{name} cannot be fitted: it is constant, or NaN for most bodies")
     if quantity == "q" and part is not None:
         raise ValueError(f"{name} cannot be fitted alone: give all four components as q")
@@ -247,7 +271,7 @@ def _parse_series(
     name: str, values: Mapping[str, ArrayLike], sigma: Sigma, t: Array, degrees: bool
 ) -> Series:
     quantity, part = _resolve_name(name)
-    shape = QUANTITIES[quantity].shape if part is None else ()
+    shape = MEASURABLE[quantity].shape if part is None else ()
     given = as_array(name, values[name], "numbers")
     if given.shape != (len(t), *shape):
         raise ValueError(
@@ -260,7 +284,7 @@ def _parse_series(
     measured: Mask = np.logical_not(np.isnan(numbers))
     if quantity == "q":
         numbers, measured = _normalize_attitudes(numbers, measured)
-    is_in_degrees = degrees and (quantity in ANGLES or QUANTITIES[quantity].dimension == "T^-1")
+    is_in_degrees = degrees and quantity in ANGLES | ANGULAR
     unit = np.pi / 180.0 if is_in_degrees else 1.0
     numbers = np.where(measured, numbers, 0.0) * (1.0 if quantity == "q" else unit)
     if quantity in ANGLES and not degrees and np.abs(numbers).max(initial=0.0) > _MANY_TURNS:
@@ -305,6 +329,20 @@ def _parse_sigma(name: str, sigma: Sigma, shape: tuple[int, int], unit: float) -
     return numbers * unit
 
 
+def _parse_point(point: ArrayLike | None, series: tuple[Series, ...]) -> Array | None:
+    is_needed = any(one.quantity == SPECIFIC_FORCE.name for one in series)
+    if point is None:
+        if is_needed:
+            raise ValueError(
+                "specific_force needs point=(x, y, z), the place of the accelerometer from the "
+                "fixed point, in the frame of the body"
+            )
+        return None
+    if not is_needed:
+        raise ValueError("point is the place of an accelerometer, but values has no specific_force")
+    return np.array(as_vector("point", point))
+
+
 def _parse_free(
     free: InstrumentName | Iterable[InstrumentName], series: tuple[Series, ...]
 ) -> tuple[InstrumentName, ...]:
@@ -337,4 +375,5 @@ def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> R
     )
     kept = made.__dict__
     kept["t"], kept["series"], kept["free"] = record.t[begin:end] - origin, series, record.free
+    kept["point"] = record.point
     return made

@@ -14,8 +14,9 @@ from .._results.path import Error, Path
 from .._solve.solve import solve
 from .._solve.variational import TangentSpec
 from .._utils.validation import Array
+from .measurable import SEEN_FROM_BODY
 from .parameters import Parameters, Point
-from .quantity_derivatives import EVALUATIONS, SEEN_FROM_BODY, Derivatives, States
+from .predictions import Motion, Prediction
 from .records import Record, Series
 from .rotations import (
     conjugate_quaternions,
@@ -23,12 +24,11 @@ from .rotations import (
     inverse_left_jacobian,
     logarithm,
     multiply_quaternions,
-    quaternion_of_matrix,
     rotation_matrix,
     wrap_angle,
 )
 
-_STEPS = 20  # a trial may take this many times the steps of the guesses
+_STEPS = 4  # a trial may take this many times the steps of the guesses
 STEPS_MOST = 10**6
 _FEWEST_STEPS = 1000
 
@@ -124,6 +124,7 @@ class ResidualModel:
         self._unshifted = self._merge_times(times)
         self._max_steps = 0
         self._tangents = self._choose_tangents()
+        self._bits = sum(TANGENTS[name][0] for name in self._tangents)
 
     def natural_sizes(self, point: Point) -> Array:
         return self.parameters.natural_sizes(point, self.span)
@@ -146,24 +147,24 @@ class ResidualModel:
     def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
         times, where = self._shift_times(point)
         scene = point.to_scene()
-        path, by_start = self._solve(scene, times, self._tangents if has_jacobian else ())
-        by = self._by_parameters(point, by_start) if has_jacobian else None
-        turned = rotation_matrix(point.axes)
+        states, tangents = self._solve(scene, times, self._tangents if has_jacobian else ())
+        transform = self._by_parameters(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
             last = int(where[-1][0])
-            self.end = EndState(
-                path[0][last], path[1][last], np.empty(0) if by is None else by[last]
-            )
-        body = point.moments, point.com, point.weight, point.damping, turned, point.rotor
+            by = tangents[last] @ transform if has_jacobian else np.empty(0)
+            self.end = EndState(states[last, 1:5], states[last, 5:], by)
         residuals = np.zeros(self.size)
         jacobian = np.zeros((self.size if has_jacobian else 0, self.parameters.size))
-        for rows in self.rows:
-            at = where[rows.record]
-            states = States(path[0][at], path[1][at], *body)
-            builder = _RowBuilder(self.parameters, point, rows, states)
-            residuals[rows.at] = builder.residuals.ravel()
-            if by is not None:
-                jacobian[rows.at] = builder.differentiate(by[at]).reshape(-1, jacobian.shape[1])
+        for i, record in enumerate(self.records):
+            own = states[where[i]], tangents[where[i]], self._bits, transform
+            has_rate = has_jacobian and "delay" in record.free
+            motion = Motion(self.parameters, point, scene._block, *own, has_rate)
+            for rows in self.rows:
+                if rows.record == i:
+                    builder = _RowBuilder(rows, motion, record.point)
+                    residuals[rows.at] = builder.residuals.ravel()
+                    if has_jacobian:
+                        jacobian[rows.at] = builder.differentiate().reshape(-1, jacobian.shape[1])
         return Evaluation(residuals, jacobian)
 
     def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
@@ -187,9 +188,7 @@ class ResidualModel:
         needs |= {"com"} if "lever" in needs else set()
         return tuple(name for name in TANGENTS if name in needs)
 
-    def _solve(
-        self, scene: Scene, t: Array, tangents: tuple[str, ...]
-    ) -> tuple[tuple[Array, Array], Array]:
+    def _solve(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may begin before the start."""
         self.evaluations += 1
         back = int(np.searchsorted(t, 0.0))
@@ -203,10 +202,10 @@ class ResidualModel:
         orders = [slice(None, None, -1)] * (back > 0) + [slice(None)]
         columns = [
             [getattr(path, name)[order] for path, order in zip(parts, orders, strict=False)]
-            for name in ("q", "m", *(["tangents"] if tangents else []))
+            for name in ("states", *(["tangents"] if tangents else []))
         ]
-        q, m, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
-        return (q, m), by[0] if by else np.empty(0)
+        states, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
+        return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_side(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Return the path to times of one sign; a trial with tangents has a limit of steps."""
@@ -215,45 +214,45 @@ class ResidualModel:
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _by_parameters(self, point: Point, tangents: Array) -> Array:
-        """Return the derivatives (n, 6, size) of (theta, m) by the parameters of the motion."""
+    def _by_parameters(self, point: Point) -> Array:
+        """Return the derivatives (c, size) of the scene's numbers by the motion's parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
             begin = places[name].stop
-        made = np.zeros((len(tangents), 6, p.size))
-        by_momentum = tangents[:, :, 3:6] @ rotation_matrix(point.attitude)
+        made = np.zeros((begin, p.size))
+        rotation = rotation_matrix(point.attitude)
         for name in p.free:
             at = p.at(name)
             if name == "attitude":
-                turned = by_momentum @ cross_matrix(point.momentum)
-                made[:, :, at] = tangents[:, :, :3] - turned
+                made[:3, at] = np.eye(3)
+                made[3:6, at] = -rotation @ cross_matrix(point.momentum)
             elif name == "velocity":
-                made[:, :, at] = by_momentum * point.moments
+                made[3:6, at] = rotation * point.moments
             elif name == "moments":
-                whole = tangents[:, :, places[name]] + by_momentum * point.rate
-                made[:, :, at] = whole @ p.moments_by_step()
+                made[3:6, at] = (rotation * point.rate) @ p.moments_by_step()
+                made[places[name], at] = p.moments_by_step()
             elif name == "lever":
-                made[:, :, at] = tangents[:, :, places["com"]] @ p.lever[:, None]
+                made[places["com"], at] = p.lever[:, None]
             elif name == "damping":
-                made[:, :, at] = tangents[:, :, places[name]] @ p.damping
+                made[places[name], at] = p.damping
             elif name != "axes":
-                made[:, :, at] = tangents[:, :, places[name]]
+                made[places[name], at] = np.eye(at.stop - at.start)
         return made
 
 
 class _RowBuilder:
     """The residuals of one series at one point, and their derivatives."""
 
-    def __init__(self, parameters: Parameters, point: Point, rows: Rows, states: States) -> None:
-        self.parameters, self.point, self.rows, self.states = parameters, point, rows, states
+    def __init__(self, rows: Rows, motion: Motion, place: Array | None) -> None:
+        self.rows, self.motion = rows, motion
+        self.parameters, self.point = motion.parameters, motion.point
         mounting = self._get("mounting")
-        turned = rotation_matrix(point.axes)
-        # the rotation from the principal axes to the instrument
-        self.view = turned if mounting is None else rotation_matrix(mounting).T @ turned
+        # the rotation from the frame of description to the instrument
+        self.view = None if mounting is None else rotation_matrix(mounting).T
         self.weight = np.where(rows.mask, 1.0 / rows.sigma, 0.0)
         self.residuals = self.weight * (
-            self._compare_attitudes() if rows.series.is_attitude else self._compare_values()
+            self._compare_attitudes() if rows.series.is_attitude else self._compare_values(place)
         )
 
     def _get(self, name: str) -> Array | None:
@@ -265,17 +264,19 @@ class _RowBuilder:
         return self.parameters.slices.get((name, self.rows.record, label))
 
     def _compare_attitudes(self) -> Array:
-        measured = multiply_quaternions(
-            self.rows.series.values, quaternion_of_matrix(self.view)[None]
-        )
-        back = conjugate_quaternions(self.states.q)
+        mounting = self._get("mounting")
+        turn = self.point.axes
+        if mounting is not None:
+            turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
+        measured = multiply_quaternions(self.rows.series.values, turn[None])
+        back = conjugate_quaternions(self.motion.q)
         self.turned = logarithm(multiply_quaternions(back, measured))
         return -self.turned
 
-    def _compare_values(self) -> Array:
+    def _compare_values(self, place: Array | None) -> Array:
         series = self.rows.series
-        found = EVALUATIONS[series.quantity](self.states)
-        if series.quantity in SEEN_FROM_BODY:
+        found = self.motion.predict(series.quantity, place)
+        if self.view is not None and series.quantity in SEEN_FROM_BODY:
             found = self._view_from_instrument(found)
         self.whole = found.values
         self.found = found if series.part is None else _select_component(found, series.part)
@@ -284,60 +285,42 @@ class _RowBuilder:
         change = values - series.values if bias is None else values + bias - series.values
         return wrap_angle(change) if series.is_angle else change
 
-    def _view_from_instrument(self, found: Derivatives) -> Derivatives:
-        view = self.view
-        axes = -view @ cross_matrix(found.values)
-        state = view @ found.state
-        moments = None if found.moments is None else view @ found.moments
-        return Derivatives(found.values @ view.T, state, moments, None, None, axes)
+    def _view_from_instrument(self, found: Prediction) -> Prediction:
+        assert self.view is not None
+        by = self.view @ found.by if found.by.size else found.by
+        rate = found.rate @ self.view.T if found.rate.size else found.rate
+        return Prediction(found.values @ self.view.T, by, rate)
 
-    def differentiate(self, by: Array) -> Array:
-        """Return the derivatives (n, width, size) from those of the states (n, 6, size)."""
+    def differentiate(self) -> Array:
+        """Return the derivatives (n, width, size)."""
         if self.rows.series.is_attitude:
-            made = self._differentiate_attitudes(by)
+            made = self._differentiate_attitudes()
         else:
-            made = self._differentiate_values(by)
+            made = self._differentiate_values()
         made *= self.weight[:, :, None]
         return made
 
-    def _differentiate_attitudes(self, by: Array) -> Array:
+    def _differentiate_attitudes(self) -> Array:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
-        made: Array = left @ by[:, :3]
+        made: Array = left @ self.motion.attitude_by
         if p.has("axes"):
             made[:, :, p.at("axes")] -= right
         mounting, delay = self._at("mounting"), self._at("delay")
-        if mounting is not None:
-            made[:, :, mounting] += right @ self.view.T
+        if mounting is not None and self.view is not None:
+            made[:, :, mounting] += right @ (self.view @ self.motion.axes).T
         if delay is not None:
-            made[:, :, delay] -= left @ self.states.flow()[:, :3, None]
+            made[:, :, delay] -= left @ self.motion.flow[:, :3, None]
         return made
 
-    def _differentiate_values(self, by: Array) -> Array:
-        p, found = self.parameters, self.found
-        made: Array = found.state @ by
-        if found.moments is not None and p.has("moments"):
-            made[:, :, p.at("moments")] += found.moments @ p.moments_by_step()
-        if found.com is not None and p.has("com"):
-            made[:, :, p.at("com")] += found.com
-        if found.com is not None and p.has("lever"):
-            made[:, :, p.at("lever")] += found.com @ p.lever[:, None]
-        if found.axes is not None and p.has("axes"):
-            made[:, :, p.at("axes")] += found.axes
-        if found.weight is not None:
-            for name, other in (("gravity", self.point.mass), ("mass", self.point.gravity)):
-                if p.has(name):
-                    made[:, :, p.at(name)] += other * found.weight[:, :, None]
-        return self._differentiate_instrument(made)
-
-    def _differentiate_instrument(self, made: Array) -> Array:
-        found, part = self.found, self.rows.series.part
+    def _differentiate_values(self) -> Array:
+        found, part, made = self.found, self.rows.series.part, self.found.by
         mounting, delay = self._at("mounting"), self._at("delay")
         if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
             turned = cross_matrix(self.whole)
             made[:, :, mounting] += turned if part is None else turned[:, part : part + 1]
         if delay is not None:
-            made[:, :, delay] -= found.state @ self.states.flow()[:, :, None]
+            made[:, :, delay] -= found.rate[:, :, None]
         scale, scales, bias = self._get("scale"), self._at("scale"), self._at("bias")
         width = range(found.values.shape[1])
         if scale is not None and scales is not None:
@@ -348,7 +331,6 @@ class _RowBuilder:
         return made
 
 
-def _select_component(found: Derivatives, part: int) -> Derivatives:
+def _select_component(found: Prediction, part: int) -> Prediction:
     at = slice(part, part + 1)
-    others = (None if field is None else field[:, at] for field in found[2:])
-    return Derivatives(found.values[:, at], found.state[:, at], *others)
+    return Prediction(found.values[:, at], found.by[:, at], found.rate[:, at])

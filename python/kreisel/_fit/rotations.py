@@ -24,15 +24,14 @@ def cross_matrix(v: Array) -> Array:
 
 def multiply_quaternions(a: Array, b: Array) -> Array:
     """Return the products a b of quaternions (..., 4)."""
-    aw, ax, ay, az = np.moveaxis(a, -1, 0)
-    bw, bx, by, bz = np.moveaxis(b, -1, 0)
-    parts = (
-        aw * bw - ax * bx - ay * by - az * bz,
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-    )
-    return np.stack(parts, axis=-1)
+    aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
+    bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
+    made = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    made[..., 0] = aw * bw - ax * bx - ay * by - az * bz
+    made[..., 1] = aw * bx + ax * bw + ay * bz - az * by
+    made[..., 2] = aw * by - ax * bz + ay * bw + az * bx
+    made[..., 3] = aw * bz + ax * by - ay * bx + az * bw
+    return made
 
 
 def conjugate_quaternions(q: Array) -> Array:
@@ -63,7 +62,7 @@ def logarithm(q: Array) -> Array:
 
 def rotation_matrix(q: Array) -> Array:
     """Return the matrices (..., 3, 3) of unit quaternions (..., 4)."""
-    w, x, y, z = np.moveaxis(q, -1, 0)
+    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     made = np.empty((*q.shape[:-1], 3, 3))
     made[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
     made[..., 1, 1] = 1.0 - 2.0 * (z * z + x * x)

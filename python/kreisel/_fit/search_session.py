@@ -10,6 +10,7 @@ import numpy as np
 
 from .._solve.solve import solve
 from .._utils.validation import Array
+from .aliasing import list_aliases
 from .initial_guess import Guess, guess_from_records
 from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
 from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
@@ -18,6 +19,7 @@ from .parameters import Parameters, Point
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
 from .rotations import multiply_quaternions
+from .uncertainty import analyse_spectrum
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -32,10 +34,14 @@ _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other gu
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
-_BLIND_TO_SIGN = {"body_velocity", "body_momentum", "kinetic"}
+_BLIND_TO_SIGN = {"body_velocity", "body_acceleration", "body_momentum", "kinetic"}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
+_RELATED = 1e3  # chi2 per degree of freedom up to which another spin may be the right one
+_ALIAS_LIMIT = 25  # evaluations for another spin
+_ALIAS_FTOL = 1e-6
+_AS_WELL = 9.0  # rise of chi2 up to which another motion fits as well, three standard deviations
 _INSENSITIVE = 1e-9  # a series that changes less, relative to its spread, tells nothing
 
 
@@ -95,7 +101,9 @@ class SearchSession:
         self.is_sigma_known = all(s.sigma is not None for r in records for s in r.series)
         self.model = ResidualModel(parameters, records, initial_sigmas(records))
         self.best: Solution | None = None
+        self.alias: Point | None = None  # another start that fits as well
         self.evaluations = 0  # of parts and of pieces
+        self._shot = 0  # the number of pieces of the last search in pieces
         self._end = max(float(np.abs(record.t).max()) for record in records)
 
     @property
@@ -157,6 +165,7 @@ class SearchSession:
             self._split_chaotic(self.best.point)
         self._choose_sign()
         self._refine()
+        self._find_alias()
 
     def _split_chaotic(self, point: Point) -> None:
         """Put the best motion in pieces if errors grow so much that first order says nothing."""
@@ -173,6 +182,18 @@ class SearchSession:
             if self._is_excellent():
                 return
             self._search_from(point, agreement)
+        if not self._is_excellent() and self.loss == "linear":
+            self._search_slowly(points[0][2])
+
+    def _search_slowly(self, point: Point) -> None:
+        """Search from the scene's body on slowly growing parts of the records.
+
+        The phases of all oscillations then stay known. Noisy records bias the first guess of the
+        moments, which then have other frequencies.
+        """
+        body = self.parameters.start
+        own = replace(point, densities=body.densities, com=body.com, damping=body.damping)
+        self._search_from(own, 0.0)
 
     def _prepare(self, guess: Guess) -> Point:
         """Return the point of a guess after a search in its allowed directions."""
@@ -253,12 +274,43 @@ class SearchSession:
                 natural = self.model.natural_sizes(twin)
                 self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
+    def _find_alias(self) -> None:
+        """Search with other spins that look alike between samples; keep a clearly better one."""
+        best = self.best
+        if best is None or best.pieces or best.cost > _RELATED * self.dof:
+            return
+        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
+        by_rate = np.zeros((3, self.parameters.size))
+        if self.parameters.has("velocity"):
+            by_rate[:, self.parameters.at("velocity")] = np.eye(3)
+        if not np.isfinite(spectrum.propagate(by_rate)[1]).all():
+            return  # the records do not determine the spin in any case
+        rise = _AS_WELL * max(best.cost / self.dof, 1.0)
+        for alias in list_aliases(self.parameters, best.point, self.records):
+            limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
+            found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._hear))
+            turned = found.point
+            assert isinstance(turned, Point)
+            change = float(np.linalg.norm(turned.rate - best.point.rate))
+            is_other = change > 0.5 * float(np.linalg.norm(alias.rate - best.point.rate))
+            if not is_other or found.cost > best.cost + rise:
+                continue
+            if found.cost < best.cost - rise:
+                self._keep(found, self.model)
+                return self._find_alias()
+            self.alias = turned if self._is_good() else None
+            return
+
+    def _hear(self, found: Minimum) -> None:
+        self._tell(found.cost)
+
     def _extend(self, point: Point, agreement: float) -> Point:
         """Return a point fitted to ever longer parts of the records."""
+        is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
         for _ in range(_PARTS_MOST):
-            horizon = max(agreement, _GROWTH * horizon, least)
+            horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
             part = self._cut_records(horizon)
@@ -308,9 +360,13 @@ class SearchSession:
             count = pieces or choose_pieces(guess.point, self.records)
             if count < least or guess.motion is None:
                 continue
+            if count == self._shot:
+                return  # these pieces have been tried
+            self._shot = count
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
-            return self._shoot_from(model, begin, 0.5)
+            self._shoot_from(model, begin, 0.5)
+            return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
@@ -364,6 +420,18 @@ class SearchSession:
             self._shoot_from(model, Pieces(tuple(point for _, point in best.pieces)), np.inf)
         else:
             self._search_from(best.point, self._end)
+
+    def measure_share(self) -> float:
+        """Return the size of the residuals relative to that of the values, or to 1 rad."""
+        assert self.best is not None
+        shares = [
+            rows.select(self.best.residuals)[rows.mask] * rows.sigma[rows.mask] / rows.series.size
+            for rows in self.model.rows
+        ]
+        own = np.concatenate(shares)
+        if self.loss == "soft":
+            return float(MEDIAN * np.median(np.abs(own)))
+        return float(np.sqrt((own @ own) / own.size))
 
     def check_sensitivity(self) -> None:
         """Raise ValueError if a series does not change with any free parameter."""

@@ -7,8 +7,18 @@ from collections.abc import Sequence
 from typing import Protocol
 
 
+class SeriesSummary(Protocol):
+    """A series, of which the summary needs its standard deviations, or None."""
+
+    @property
+    def sigma(self) -> object: ...
+
+
 class RecordSummary(Protocol):
-    """A record, of which the summary needs the number of missing values."""
+    """A record, of which the summary needs the series and the number of missing values."""
+
+    @property
+    def series(self) -> Sequence[SeriesSummary]: ...
 
     @property
     def missing(self) -> int: ...
@@ -42,6 +52,10 @@ class FitValues(Protocol):
     @property
     def unidentified(self) -> Sequence[str]: ...
     @property
+    def ambiguous(self) -> Sequence[str]: ...
+    @property
+    def misfit(self) -> float: ...
+    @property
     def at_bound(self) -> Sequence[str]: ...
     @property
     def has_converged(self) -> bool: ...
@@ -52,6 +66,7 @@ class FitValues(Protocol):
 
 
 _MISFIT = 100.0  # chi2 per degree of freedom from which the model is wrong
+_AS_LARGE = 0.5  # residuals relative to the values that no motion explains
 _CORRELATED = 0.2  # correlation of neighbouring residuals that is mentioned
 _ENLARGED = 1.05  # inflation that is mentioned
 _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentioned
@@ -88,15 +103,31 @@ def format_value(value: float, error: float) -> str:
     return f"{value:#.{digits}g} +- {error:.2g}"
 
 
+def is_misfit(fit: FitValues) -> bool:
+    """Return True if the residuals are about as large as the values, and larger than expected."""
+    is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
+    return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
+
+
+def describe_misfit(fit: FitValues) -> str:
+    return (
+        "No motion of this scene fits the records: the residuals are "
+        f"{100.0 * fit.misfit:.0f} % of the values, or of 1 rad for angles."
+    )
+
+
 def _list_sentences(fit: FitValues) -> list[str]:
     made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
-    if ratio > _MISFIT:
+    if is_misfit(fit):
+        made.append(describe_misfit(fit))
+    elif ratio > _MISFIT:
         made.append(
             f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
             "are of another top, or the search found no near motion."
         )
     made += [f"Not identified: {sentence}." for sentence in fit.unidentified]
+    made += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
     made += [f"At a bound: {sentence}." for sentence in fit.at_bound]
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
         made.append(

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
@@ -15,8 +16,9 @@ from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quanti
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
-from .._utils.validation import Array, as_float, read_only, short_repr
+from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
 from .core_calls import Origin
+from .specific_force import specific_force
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "stat
     "animate": ["q", "apex"],
     "end": ["states"],
     "scene_at": ["states"],
+    "specific_force": ["body_acceleration", "body_velocity", "body_vertical"],
     "modified_energy": ["states"],
     "modified_energy4": ["states"],
 }
@@ -263,6 +266,23 @@ class States(QuantityAttributes):
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
+
+    def specific_force(self, point: ArrayLike) -> Array:
+        """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
+
+        This is the acceleration of the point minus that of gravity, seen from the frame of the
+        body. At rest it points up and has the size of gravity.
+
+            >>> import kreisel as kr
+            >>> top = kr.scenes.asymmetric.replace(momentum=(0, 0, 0), gravity=9.81)
+            >>> kr.solve(top, [0.0]).specific_force((0, 0, 0)).round(9).tolist()
+            [[0.0, 0.0, 9.81]]
+
+        point  its place from the fixed point, in the frame of the body [L]
+        """
+        place = np.array(as_vector("point", point))
+        motion = self.body_acceleration, self.body_velocity, self.body_vertical
+        return read_only(specific_force(*motion, self.scene.gravity, place))
 
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].

@@ -1,0 +1,70 @@
+"""Other spins that fit the records as well, if these have few samples a turn.
+
+Between two samples at the distance dt, a turn by an angle and by the angle minus 2 pi look alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .._utils.validation import Array
+from .parameters import Parameters, Point
+from .records import Record
+
+_FEW = 4.0  # samples a turn from which an angular velocity is determined
+
+
+def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
+    """Return the points that have one turn less or more between two samples about an axis.
+
+    The list is empty if no axis turns fast. A faster spin in the same direction counts only below
+    two samples a turn. If the moments are free, each point comes also with a
+    moment that keeps the momentum about the axis.
+    """
+    pauses = [np.diff(np.unique(record.t)) for record in records]
+    between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
+    if not (between > 0.0 and parameters.has("velocity")):
+        return []
+    turn, made = 2.0 * np.pi / between, []
+    for axis, rate in _list_fast_axes(point, turn / _FEW):
+        reverse = rate - math.copysign(turn, rate)
+        for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
+            alias = replace(point, rate=point.rate + (other - rate) * axis)
+            made.append(alias)
+            made += _keep_momentum(parameters, alias, axis, rate / other if other else 0.0)
+    return made
+
+
+def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
+    """Yield the direction of the velocity, and the principal axes with fast velocities."""
+    rate = float(np.linalg.norm(point.rate))
+    if rate > least:
+        yield point.rate / rate, rate
+    for axis, own in zip(np.eye(3), point.rate, strict=True):
+        if abs(own) > least:
+            yield axis, float(own)
+
+
+def _keep_momentum(p: Parameters, alias: Point, axis: Array, factor: float) -> list[Point]:
+    """Return the alias with its moment about a principal axis multiplied by a factor, if free."""
+    k = int(np.abs(axis).argmax())
+    is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
+    if not (p.has("moments") and is_principal and 0.0 < factor < np.inf):
+        return []
+    moments = alias.moments.copy()
+    moments[k] *= factor
+    densities = 0.5 * moments.sum() - moments
+    return [replace(alias, densities=densities)] if densities.min() >= 0.0 else []
+
+
+def describe_alias(point: Point, alias: Point) -> str:
+    """Return a sentence about another start that fits the records as well."""
+    found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
+    return (
+        f"the spin: the records have fewer than {_FEW:g} samples a turn, and the angular velocity "
+        f"{other:.4g} instead of {found:.4g} fits as well"
+    )

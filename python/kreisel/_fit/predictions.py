@@ -1,0 +1,189 @@
+"""Quantities along the motion of a point, and their derivatives by the free parameters.
+
+The derivatives of the core's quantities by the numbers of a scene are combined to derivatives by
+the parameters of a fit. All vectors of the body are in its frame of description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import derivatives, values
+from .._core import tangents as TANGENTS
+from .._results.specific_force import SPECIFIC_FORCE, specific_force
+from .._utils.validation import Array
+from .measurable import MEASURABLE, SEEN_FROM_BODY
+from .parameters import Parameters, Point
+from .rotations import (
+    conjugate_quaternions,
+    cross_matrix,
+    multiply_quaternions,
+    rotation_matrix,
+)
+
+_POLE = 1e-9  # least distance from a pole at which an angle about the vertical has a derivative
+_START = TANGENTS["start"][0]
+_EULER = ("precession_angle", "nutation", "spin_angle")
+
+
+class Prediction(NamedTuple):
+    """The values (n, k) of a quantity, and its derivatives, which are empty if not requested.
+
+    by    (n, k, size) by the free parameters of the motion
+    rate  (n, k) by time
+    """
+
+    values: Array
+    by: Array
+    rate: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The states of a point's motion in its principal axes, and their tangents.
+
+    block      the scene of the point, for the core
+    states     (n, 8)
+    tangents   (n, 6, c) by the numbers of the scene, or (n, 6, 0)
+    bits       the numbers of the scene
+    transform  (c, size) derivatives of these numbers by the free parameters
+    has_rate   True if derivatives by time are needed
+    """
+
+    parameters: Parameters
+    point: Point
+    block: bytes
+    states: Array
+    tangents: Array
+    bits: int
+    transform: Array
+    has_rate: bool
+
+    @property
+    def q(self) -> Array:
+        return self.states[:, 1:5]
+
+    @cached_property
+    def axes(self) -> Array:
+        return rotation_matrix(self.point.axes)
+
+    @property
+    def _is_described_in_principal_axes(self) -> bool:
+        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has("axes")
+
+    @cached_property
+    def attitude_by(self) -> Array:
+        """The derivatives (n, 3, size) of the attitude, as rotation vectors in principal axes."""
+        made: Array = self.tangents[:, :3] @ self.transform
+        return made
+
+    @cached_property
+    def flow(self) -> Array:
+        """The rates of change (n, 6) of the attitude, as a rotation vector, and of m."""
+        rate = values("body_velocity", self.block, self.states)
+        drag = rotation_matrix(self.q) @ (self.point.damping * rate)[:, :, None]
+        torque = values("torque", self.block, self.states)
+        return np.concatenate((rate, torque - drag[:, :, 0]), axis=1)
+
+    def predict(self, name: str, place: Array | None = None) -> Prediction:
+        """Return a quantity; `place` is that of the instrument that measures specific_force."""
+        if name == SPECIFIC_FORCE.name:
+            assert place is not None
+            return self._predict_specific_force(place)
+        if name == "spin_angle" and not self._is_described_in_principal_axes:
+            return self._predict_spin_angle()
+        made = self._call_core(name)
+        return self._describe(made) if name in SEEN_FROM_BODY else made
+
+    def _call_core(self, name: str) -> Prediction:
+        n = len(self.states)
+        found = values(name, self.block, self.states).reshape(n, MEASURABLE[name].doubles)
+        by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
+        if self.tangents.shape[2]:
+            by = self._differentiate(name, self.bits, self.tangents) @ self.transform
+        if self.has_rate:
+            along = np.zeros((n, 6, 6))
+            along[:, :, 0] = self.flow
+            rate = self._differentiate(name, _START, along)[:, :, 0]
+        return Prediction(found, by, rate)
+
+    def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
+        """Return derivatives (n, k, c) of a quantity by the core, zero where there are none."""
+        n, _, c = tangents.shape
+        made = derivatives(name, self.block, self.states, bits, tangents).reshape(
+            n, MEASURABLE[name].doubles, c
+        )
+        if name in _EULER:
+            made[self._is_at_pole] = 0.0
+        made[np.isnan(made)] = 0.0  # by com, if it is zero
+        return made
+
+    @cached_property
+    def _is_at_pole(self) -> NDArray[np.bool_]:
+        apex = values("apex", self.block, self.states)
+        made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
+        return made
+
+    def _describe(self, seen: Prediction) -> Prediction:
+        """Return a vector seen from the frame of description instead of the principal axes."""
+        if self._is_described_in_principal_axes:
+            return seen
+        by = self.axes @ seen.by if seen.by.size else seen.by
+        if by.size and self.parameters.has("axes"):
+            by[:, :, self.parameters.at("axes")] -= self.axes @ cross_matrix(seen.values)
+        rate = seen.rate @ self.axes.T if seen.rate.size else seen.rate
+        return Prediction(seen.values @ self.axes.T, by, rate)
+
+    def _predict_specific_force(self, place: Array) -> Prediction:
+        """Return W' x r + W x (W x r) + g V at the place r, with the vertical V."""
+        names = ("body_acceleration", "body_velocity", "body_vertical")
+        change, rate, up = (self._describe(self._call_core(name)) for name in names)
+        found = specific_force(change.values, rate.values, up.values, self.point.gravity, place)
+        by_change = -cross_matrix(place)
+        w = rate.values
+        by_rate = (
+            w[:, :, None] * place
+            - 2.0 * place[:, None] * w[:, None]
+            + (w @ place)[:, None, None] * np.eye(3)
+        )
+        by, along = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
+        if change.by.size:
+            by = by_change @ change.by + by_rate @ rate.by + self.point.gravity * up.by
+            if self.parameters.has("gravity"):
+                by[:, :, self.parameters.at("gravity")] += up.values[:, :, None]
+        if self.has_rate:
+            along = change.rate @ by_change.T + self.point.gravity * up.rate
+            along += (by_rate @ rate.rate[:, :, None])[:, :, 0]
+        return Prediction(found, by, along)
+
+    def _predict_spin_angle(self) -> Prediction:
+        """Return the angle by which the frame of description, not the principal axes, is turned."""
+        p, axes, n = self.parameters, self.axes, len(self.states)
+        body = p.to_scene(self.point)
+        states = self.states.copy()
+        states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
+        own = Motion(p, self.point, body._block, states, self.tangents, 0, self.transform, False)
+        own.__dict__["_is_at_pole"] = self._is_at_pole
+        identity = np.zeros((n, 6, 9))
+        identity[:, range(6), range(6)] = 1.0
+        gradient = own._differentiate("spin_angle", _START | TANGENTS["com"][0], identity)
+        by_turn = gradient[:, :, :3] @ axes
+        by_com = gradient[:, :, 6:] @ rotation_matrix(np.array(body.body.axes)).T @ axes
+        found = values("spin_angle", body._block, states)[:, None]
+        by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
+        if self.tangents.shape[2]:
+            by = by_turn @ self.attitude_by
+            if p.has("com"):
+                by[:, :, p.at("com")] += by_com
+            if p.has("lever"):
+                by[:, :, p.at("lever")] += by_com @ p.lever[:, None]
+            if p.has("axes"):
+                by[:, :, p.at("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
+        if self.has_rate:
+            rate = (by_turn @ self.flow[:, :3, None])[:, :, 0]
+        return Prediction(found, by, rate)
