@@ -322,9 +322,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def compute_momenta(
-    body: Body | Bodies, start: Parameter, q: Array, turning: Array
-) -> Array:
+def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
     """Return the momenta (..., 3) in space for the parameter `start` and the attitudes `q`.
 
     The supports turn with the angular velocities `turning` (..., 3).

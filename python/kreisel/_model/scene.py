@@ -146,6 +146,16 @@ class Scene:
         return self.shaking[0] != 0.0
 
     @property
+    def _is_disturbed(self) -> bool:
+        """True with damping, friction, or a support that moves."""
+        return self._is_losing_energy or self._is_shaken or any(self.turning)
+
+    @property
+    def _is_plain(self) -> bool:
+        """True if the body has no rotor, and nothing but gravity acts."""
+        return not self._is_disturbed and not any(self.body.rotor)
+
+    @property
     def _is_losing_energy(self) -> bool:
         return any(self.damping) or self.friction > 0.0
 

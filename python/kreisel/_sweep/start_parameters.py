@@ -10,11 +10,11 @@ from .._utils.validation import as_finite_array
 
 _AXES, _TURNS = "xyz", "012"
 _ENDINGS = {  # {parameter: the endings of the names of its components}
-    **dict.fromkeys(["mass", "gravity", "spin", "tilt", "precession"], ""),
+    **dict.fromkeys(["mass", "gravity", "friction", "spin", "tilt", "precession"], ""),
     **dict.fromkeys(
-        ["com", "rotor", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
+        ["com", "rotor", "turning", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
     ),
-    **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
+    **dict.fromkeys(["inertia", "angles", "rates", "damping", "shaking"], _TURNS),
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
@@ -37,6 +37,9 @@ _UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its di
     "rates": "rad T^-1",
     "gravity": "L T^-2",
     "damping": "M L^2 T^-1",
+    "turning": "T^-1",
+    "shaking": "",  # amplitude [L], rate [T^-1] and phase [rad]
+    "friction": "M L^2 T^-2",
 }
 FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
