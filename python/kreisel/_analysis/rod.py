@@ -156,8 +156,8 @@ def rod(path: Path) -> Rod:
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
     Raises ValueError for a damped top, for a body with a rotor, for friction and for a support that
-    moves, and for a centre of mass that is on no principal axis. The torque of such a top's weight corresponds to no force at the ends of a
-    rod.
+    moves, and for a centre of mass that is on no principal axis. The torque of such a top's weight
+    corresponds to no force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

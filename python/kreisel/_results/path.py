@@ -228,7 +228,8 @@ class Path(ReadOnlyArrays, Tables):
     def scene_at(self, i: int) -> Scene:
         """Return the scene whose initial state, at t = 0, is state i of this path.
 
-        The phase of a shaken support is the one at the time of this state. Raises IndexError if there is no such state.
+        The phase of a shaken support is the one at the time of this state. Raises IndexError if
+        there is no such state.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
         shaking = advance_shaking(self.scene.shaking, float(state[0]))
