@@ -7,6 +7,16 @@ kr_scene kr_scene_default(void)
     kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &s.body);
     return s;
 }
+/* Returns 1 if the numbers of the support's motion and of the friction are valid. */
+static int is_valid_support(const kr_scene *scene)
+{
+    const kr_shaking *shaking = &scene->shaking;
+    if (!v_finite(scene->turning) || !(scene->friction >= 0.0 && scene->friction < INFINITY))
+        return 0;
+    if (!isfinite(shaking->amplitude) || !isfinite(shaking->phase)) return 0;
+    return shaking->rate >= 0.0 && shaking->rate < INFINITY &&
+           (shaking->rate > 0.0 || !kr_scene_shakes(scene));
+}
 kr_status kr_scene_check_start(const kr_scene *scene)
 {
     const kr_state *start = &scene->start;
@@ -15,6 +25,7 @@ kr_status kr_scene_check_start(const kr_scene *scene)
         return KR_ERR_ARGUMENT;
     if (!v_finite(damping) || !(damping.x >= 0.0 && damping.y >= 0.0 && damping.z >= 0.0))
         return KR_ERR_ARGUMENT;
+    if (!is_valid_support(scene)) return KR_ERR_ARGUMENT;
     return fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
 kr_status kr_scene_check(const kr_scene *scene)
