@@ -30,37 +30,90 @@ def make_scene(name, **words):
     return kr.Scene(BODIES[name], **START, **words)
 
 
-def rates_of(scene):
-    """Return the function (t, y) -> y' of attitude and momentum in space."""
-    body = scene.body
-    tensor = np.array(body.inertia)
-    inverse = np.linalg.inv(np.diag(tensor) if tensor.ndim == 1 else tensor)
-    axes = np.array([turn(body.axes, e) for e in np.eye(3)])
-    drag, com = axes.T @ np.diag(scene.damping) @ axes, np.array(body.com)
-    turning = np.array(scene.turning)
-    amplitude, rate, phase = scene.shaking
-    reach = np.linalg.norm(com)
-    apex = com / reach if reach else axes[2]
+class Motion:
+    """The equations of motion in space, for y = attitude and momentum."""
 
-    def rates(t, y):
+    def __init__(self, scene):
+        body = scene.body
+        tensor = np.array(body.inertia)
+        self.scene, self.rotor, self.com = scene, np.array(body.rotor), np.array(body.com)
+        self.inverse = np.linalg.inv(np.diag(tensor) if tensor.ndim == 1 else tensor)
+        axes = np.array([turn(body.axes, e) for e in np.eye(3)])
+        self.drag = axes.T @ np.diag(scene.damping) @ axes
+        reach = np.linalg.norm(self.com)
+        self.apex = self.com / reach if reach else axes[2]
+
+    def seen(self, y):
+        """Return the momentum and the turning of the support, seen from the body."""
         q = tuple(y[:4])
-        own = np.array(turn_back(q, tuple(y[4:])))
-        relative = inverse @ (own - body.rotor) - turn_back(q, tuple(turning))
-        pull = scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
-        x, z, _ = turn(q, tuple(body.mass * pull * com))
-        slowed = drag @ relative + scene.friction * np.sign(relative @ apex) * apex
-        torque = np.array((-z, x, 0)) - turn(q, tuple(slowed)) - np.cross(turning, y[4:])
-        return [*(0.5 * np.array(multiply(q, (0, *relative)))), *torque]
+        return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
 
-    return rates
+    def relative(self, y):
+        """Return the angular velocity relative to the support, seen from the body."""
+        own, turning = self.seen(y)
+        return self.inverse @ (own - self.rotor) - turning
+
+    def spin(self, y):
+        return self.relative(y) @ self.apex
+
+    def torque(self, t, y):
+        """Return the torque without friction, seen from the body."""
+        amplitude, rate, phase = self.scene.shaking
+        pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+        up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
+        return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
+
+    def needed(self, t, y):
+        """Return the friction that keeps the spin."""
+        (own, turning), relative = self.seen(y), self.relative(y)
+        change = self.torque(t, y) - np.cross(relative + turning, own)
+        change = self.inverse @ change - np.cross(turning, relative)
+        return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
+
+    def rates(self, t, y, friction):
+        """Return y' for a friction, the torque about the apex."""
+        q = tuple(y[:4])
+        torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
+        torque -= np.cross(self.scene.turning, y[4:])
+        return [*(0.5 * np.array(multiply(q, (0, *self.relative(y))))), *torque]
+
+
+def integrate_with_stops(scene, end):
+    """Return the attitude and momentum at `end`, and the times at which friction changed."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+    motion, friction = Motion(scene), scene.friction
+    y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
+    sign = np.sign(motion.spin(y)) if friction else 0.0
+    while t != end:
+        if friction and not sign:
+
+            def rates(t, y):
+                return motion.rates(t, y, motion.needed(t, y))
+
+            def change(t, y):
+                return abs(motion.needed(t, y)) - friction
+
+        else:
+
+            def rates(t, y, sign=sign):
+                return motion.rates(t, y, -sign * friction)
+
+            def change(_, y, sign=sign):
+                return sign * motion.spin(y)
+
+        change.terminal, change.direction = True, -1.0 if sign else 1.0
+        events = change if friction and end > 0.0 else None
+        part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, events=events)
+        t, y = part.t[-1], part.y[:, -1]
+        stops += [t] if part.status == 1 else []
+        force = motion.needed(t, y)
+        sign = 0.0 if sign and abs(force) <= friction else -np.sign(force)
+    return y[:4] / np.linalg.norm(y[:4]), y[4:], stops
 
 
 def integrate(scene, t):
-    """Return the attitude and momentum at `t`; friction must not stop the spin before."""
-    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
-    start = [*scene.attitude, *scene.momentum]
-    end = solve_ivp(rates_of(scene), (0, t), start, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
-    return end[:4] / np.linalg.norm(end[:4]), end[4:]
+    """Return the attitude and momentum at `t`."""
+    return integrate_with_stops(scene, t)[:2]
 
 
 def compare_methods(scene, end, fewest):
