@@ -307,6 +307,11 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
     piece.product = isa ? isa->product : kr_product_base;
+    if (s->linear > 2.0) {
+        piece.is_disturbed = 1;
+        piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
+        kr_support_slopes(motion, piece.slope_x, piece.slope_w);
+    }
     return piece;
 }
 
