@@ -260,6 +260,10 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_method_refusal(method, scene);
     if (status != KR_OK) return status;
+    /* On a support that turns, the rotation about the vertical changes the motion. */
+    if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
+    if (config->tangents && scene->friction > 0.0) return KR_ERR_OPTION;
+    if (config->tangents && (kr_scene_turns(scene) || kr_scene_shakes(scene))) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
