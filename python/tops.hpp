@@ -95,20 +95,22 @@ inline bool has_torus(const kr_scene &scene)
 // Scenes, with the fields of a kr_scene in its order.
 class tops
 {
-    columns<11> fields;
+    columns<14> fields;
 
   public:
-    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping.
+    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping, turning,
+    // shaking, friction.
     tops(const std::vector<size_t> &shape, const py::list &arrays)
-        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3})
+        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3, 3, 3, 1})
     {
     }
     size_t size() const { return fields.size(); }
-    // Returns true if all members have the same body, gravity and damping.
+    // Returns true if all members have the same body and environment.
     bool differ_in_starts_alone() const
     {
-        bool shared = fields.is_shared(10);
+        bool shared = true;
         for (size_t k = 0; k < 7; k++) shared = shared && fields.is_shared(k);
+        for (size_t k = 10; k < 14; k++) shared = shared && fields.is_shared(k);
         return shared;
     }
 

@@ -16,6 +16,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from ._model.environment import refuse_disturbances
 from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path
@@ -154,6 +155,7 @@ def view(
         raise ValueError("the viewer cannot integrate damped tops: use path.plot()")
     if any(scene.body.rotor):
         raise ValueError("the viewer cannot integrate bodies with rotors: use path.plot()")
+    refuse_disturbances(scene, "the viewer cannot integrate tops")
     tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_ticks(what.step) else tracks[0]["step"]

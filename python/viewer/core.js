@@ -1,7 +1,7 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 15, a state 8 (t, q, m), and a scene 27 (body, gravity, start, damping). The file
-// csrc/viewer/wasm.c asserts these sizes. The viewer has no rotors: the last three doubles of a
-// body are 0.
+// 15, a state 8 (t, q, m), and a scene 34 (body, gravity, start, damping, turning, shaking,
+// friction). The file csrc/viewer/wasm.c asserts these sizes. The viewer has no rotors, moving
+// supports and friction: the last numbers of a body and of a scene are 0.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -10,8 +10,8 @@ const C = instance.exports;
 C._initialize();
 
 // Fixed addresses for arguments and results: one scene and three small arrays.
-const scratch = C.malloc(8 * 64);
-const [SCENE, FIRST, SECOND, THIRD] = [0, 28, 40, 44].map((offset) => scratch + 8 * offset);
+const scratch = C.malloc(8 * 72);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 36, 48, 52].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const writeDoubles = (pointer, numbers) => (
@@ -21,7 +21,7 @@ const writeDoubles = (pointer, numbers) => (
 const writeBody = ({ mass, moments, com, axes }) =>
   writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, 0, 0, 0]);
 function writeScene(body, gravity, q, m) {
-  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, 0, 0, 0]);
+  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...new Array(10).fill(0)]);
   return SCENE;
 }
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));
