@@ -266,7 +266,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    label="Stability",
     list_files=list_files,
     terminal_lines=terminal_lines,
     list_methods=lambda atlas: {cell["method"] for cell in atlas.cells},

@@ -31,7 +31,10 @@ def load_template(name, *folders):
 def render_section(part, found, about):
     """Return the HTML section of a part."""
     body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
-    return {"part": part, "conclusion": part.conclude(found), "body": body}
+    lead = ""
+    if part.build_lead:
+        lead = load_template(f"{part.name}_lead.html").render(about=about, **part.build_lead(found))
+    return {"part": part, "conclusion": part.conclude(found), "body": body, "lead": lead}
 
 
 def describe_methods(ran):
