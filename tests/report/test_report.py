@@ -127,4 +127,4 @@ def test_the_report_refuses_an_unknown_part(capsys):
         report.main(["--only", "truth,magic"])
     assert refused.value.code == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert "unknown part 'magic'; parts are workprecision, truth, atlas" in said
+    assert "unknown part 'magic'; parts are workprecision, many_starts, truth" in said

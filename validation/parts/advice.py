@@ -56,7 +56,9 @@ def describe_group(rows, method, problems):
         "times": " to ".join(dict.fromkeys(times)),
         "wins": len(won),
         "cases": len(races),
-        "ratios": f"{format_brief(min(ratios))} to {format_brief(max(ratios))}" if ratios else "",
+        "ratios": " to ".join(dict.fromkeys(format_brief(bound(ratios)) for bound in (min, max)))
+        if ratios
+        else "",
     }
 
 

@@ -20,7 +20,14 @@ from ..references import equations, reference
 from ..references.problems import attitude_error, rotate_to_space
 from . import fastest
 from .budget import Task
-from .formatting import format_brief, format_milliseconds, format_power, join_sentences, join_words
+from .formatting import (
+    format_brief,
+    format_milliseconds,
+    format_power,
+    join_sentences,
+    join_words,
+    number_word,
+)
 from .part import Part, write_csv
 
 SEED, TURNS = 9, 10.0
@@ -212,12 +219,16 @@ def verb_do(n):
     return "do" if n > 1 else "does"
 
 
+def describe_scenes(found):
+    return "one scene" if len(found) == 1 else f"{number_word(len(found))} scenes"
+
+
 def conclude(found):
     own = times_to_error(found, OWN, SHOWN[2])
     middle = format_milliseconds(finite_or_none(compute_quantile(own, 0.5)))
     tops = sum(each["starts"] for each in found)
     return join_sentences(
-        f"{tops} random starts of {len(found)} scenes, {TURNS:g} turns each: kreisel takes "
+        f"{tops} random starts of {describe_scenes(found)}, {TURNS:g} turns each: kreisel takes "
         f"{middle} ms in the median for an error of {format_power(SHOWN[2])} rad.",
         describe_ratios(found, SHOWN[2]),
         describe_ratios(found, SHOWN[3]),
@@ -231,7 +242,7 @@ def build_context(found):
         "programs": list(list_programs().values()),
         "rows": list(summarize_programs(found)),
         "starts": found[0]["starts"],
-        "scenes": len(found),
+        "scenes": describe_scenes(found),
         "tops": sum(each["starts"] for each in found),
         "turns": f"{TURNS:g}",
         "rotation": f"{ROTATION:g}",
