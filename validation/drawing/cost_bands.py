@@ -16,18 +16,18 @@ from .style import (
 def draw_cost_bands(bands, label):
     """Draw a line with a band for each program.
 
-    `bands` is {title: (errors, median, lower and upper quantiles)}. Infinite times are not drawn.
+    `bands` is {title: (errors, median, lower and upper quantiles)}. A line ends where its band does, because the
+    upper quantile is infinite.
     """
     with plt.rc_context(STYLE):
-        figure, axes = make_panel(3.7, 6.0)
+        figure, axes = make_panel(3.5, 6.0)
         ends, styles = [], choose_line_styles(list(bands), ())
         for title, band in bands.items():
             errors, middle, low, high = map(np.array, band)
-            known = np.isfinite(middle)
+            known = np.isfinite(high)
             if not known.any():
                 continue
             style = styles[title]
-            inside = np.isfinite(high)
             axes.fill_between(
                 errors[inside],
                 low[inside],
