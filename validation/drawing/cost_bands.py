@@ -16,8 +16,8 @@ from .style import (
 def draw_cost_bands(bands, label):
     """Draw a line with a band for each program.
 
-    `bands` is {title: (errors, median, lower and upper quantiles)}. A line ends where its band does, because the
-    upper quantile is infinite.
+    `bands` is {title: (errors, median, lower and upper quantiles)}. A line ends where the upper
+    quantile is infinite.
     """
     with plt.rc_context(STYLE):
         figure, axes = make_panel(3.5, 6.0)
@@ -28,14 +28,8 @@ def draw_cost_bands(bands, label):
             if not known.any():
                 continue
             style = styles[title]
-            axes.fill_between(
-                errors[inside],
-                low[inside],
-                high[inside],
-                color=style["color"],
-                alpha=0.2,
-                linewidth=0,
-            )
+            fill = {"color": style["color"], "alpha": 0.2, "linewidth": 0}
+            axes.fill_between(errors[known], low[known], high[known], **fill)
             axes.loglog(errors[known], middle[known], markersize=5, markevery=2, **style)
             ends.append((title, (errors[known][-1], middle[known][-1]), style))
         axes.set(xlabel=label, ylabel="run time [ms]")
