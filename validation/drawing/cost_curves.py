@@ -124,7 +124,7 @@ def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
         return ""
     styles = choose_line_styles(named, peers)
     with plt.rc_context(STYLE):
-        figure, axes = make_panel(2.7, 3.4)
+        figure, axes = make_panel(2.7, 4.6)
         for name, points in lines.items():
             if name in styles:
                 axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])

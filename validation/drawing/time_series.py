@@ -39,7 +39,7 @@ def draw_time_series(lines, quantity, label, colours):
                 np.maximum(line[quantity][1:], LEAST),
                 **styles[line["kind"]],
                 markersize=4,
-                markevery=0.2,
+                markevery=max(1, len(line["t"]) // 5),
                 linewidth=1.2,
             )
         axes.set(xlabel="time; one turn of the precession is 2 pi", ylabel=label)

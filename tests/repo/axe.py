@@ -1,0 +1,23 @@
+"""Checks of pages for accessibility by axe-core, in windows of three sizes."""
+
+from axe_playwright_python.sync_playwright import Axe
+
+SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
+
+
+def list_violations(browser, address, open_folds=False, sizes=SIZES):
+    """Return the violations of the accessibility rules by a page, each with its window size.
+
+    With `open_folds`, all folded parts of the page are opened before the check.
+    """
+    found = []
+    for width, height in sizes:
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.goto(address)
+        if open_folds:
+            page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
+        for violation in Axe().run(page).response["violations"]:
+            places = [node["html"][:120] for node in violation["nodes"][:3]]
+            found.append((width, violation["id"], places))
+        page.close()
+    return found
