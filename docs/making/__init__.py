@@ -1,17 +1,29 @@
 """Extensions of Sphinx for the site.
 
 They render plain-text docstrings, formulas as MathML, the C header with an index, and the
-interactive viewer with a scene. They run the programs of the pages. They also copy the report if
-it exists, and check links.
+interactive viewer with a scene. They run the programs of the pages, and name the side bars. They
+also copy the report if it exists, and check links.
 """
 
 from pygments.lexers import TextLexer
 
-from . import code_blocks, docstrings, formulas, header, links, live, report, run_blocks
+from . import (
+    code_blocks,
+    docstrings,
+    formulas,
+    header,
+    landmarks,
+    links,
+    live,
+    report,
+    run_blocks,
+)
+
+PARTS = (code_blocks, docstrings, formulas, header, landmarks, links, live, report, run_blocks)
 
 
 def setup(app):
-    for part in (code_blocks, docstrings, formulas, header, links, live, report, run_blocks):
+    for part in PARTS:
         part.setup(app)
     app.add_lexer("layers", TextLexer)  # the code block with the layers in ARCHITECTURE.md
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,6 @@
-"""Keyboard access to code blocks: the Tab key reaches each one, so that it can be scrolled."""
+"""Keyboard access: the Tab key reaches all that may be wider than the page, to scroll it."""
+
+SCROLLED = ("<pre", '<div class="formula"', '<div class="table-wrapper')
 
 
 def setup(app):
@@ -11,5 +13,8 @@ def update_page(app, pagename, templatename, context, doctree):
 
 
 def make_focusable(body):
-    """Return HTML in which the Tab key reaches the code blocks."""
-    return body.replace("<pre>", '<pre tabindex="0">')
+    """Return HTML in which the Tab key reaches code blocks, formulas and tables."""
+    for begin in SCROLLED:
+        tag, space, more = begin.partition(" ")
+        body = body.replace(begin, f'{tag} tabindex="0"{space}{more}')
+    return body

@@ -9,6 +9,7 @@ import pytest
 from toolbox import CSRC, ROOT, run
 
 sys.path.insert(0, str(ROOT / "docs"))
+from making import PARTS, code_blocks, landmarks
 from making.code_blocks import make_focusable
 from making.docstrings import as_rest
 from making.header import functions
@@ -157,5 +158,13 @@ def test_make_tells_of_it():
 def test_code_blocks_can_be_scrolled_by_keys():
     block = '<div class="highlight"><pre>import kreisel as kr</pre></div>'
     assert make_focusable(block) == block.replace("<pre>", '<pre tabindex="0">')
-    site = ROOT / "docs/making/__init__.py"
-    assert "code_blocks" in site.read_text().partition("for part in")[2]
+    wide = '<div class="formula"></div><div class="table-wrapper docutils"></div>'
+    assert make_focusable(wide) == wide.replace("<div", '<div tabindex="0"')
+    assert code_blocks in PARTS
+
+
+def test_side_bars_have_names():
+    bars = [f'<aside class="{kind}">' for kind in landmarks.NAMES]
+    named = landmarks.add_names("".join(bars))
+    assert all(f'aria-label="{name}"' in named for name in landmarks.NAMES.values())
+    assert landmarks.add_names(named) == named and landmarks in PARTS

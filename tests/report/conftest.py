@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from axe import open_browser
 
 from validation.parts.budget import BUDGETS
 
@@ -12,3 +13,9 @@ def no_time_limit():
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(BUDGETS, "quick", replace(BUDGETS["quick"], seconds=1e9))
         yield
+
+
+@pytest.fixture(scope="session")
+def browser():
+    with open_browser() as browser:
+        yield browser

@@ -8,6 +8,7 @@ import re
 
 import kreisel as kr
 import pytest
+from axe import SIZES, list_violations
 
 from validation.competitors import machine
 from validation.parts import atlas_cases, fastest, workprecision
@@ -72,6 +73,43 @@ def test_the_report_writes_its_page(quick):
         assert (quick / file).exists(), file
 
 
+def test_axe_finds_nothing_on_the_report(quick, browser):
+    address = (quick / "index.html").as_uri()
+    assert list_violations(browser, address) == []
+    assert list_violations(browser, address, open_folds=True, sizes=SIZES[2:]) == []
+
+
+def count_folds(page):
+    return page.evaluate("document.querySelectorAll('main details:not([open])').length")
+
+
+def test_links_and_printing_open_the_folds(quick, browser):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto((quick / "index.html").as_uri())
+    folded = count_folds(page)
+    assert folded > len(HORIZONS) and not page.locator("#asymmetric").is_visible()
+    page.evaluate("location.hash = '#asymmetric'")
+    page.locator("#asymmetric").wait_for(state="visible")
+    assert folded > count_folds(page) > len(HORIZONS)
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert count_folds(page) == 0
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert count_folds(page) > len(HORIZONS)
+    page.close()
+
+
+def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick, browser):
+    for size in SIZES:
+        page = browser.new_page(viewport=dict(zip(("width", "height"), size, strict=True)))
+        page.goto((quick / "index.html").as_uri())
+        assert page.locator("nav").is_visible() == (size[0] >= 1100)
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+        for item in page.locator(".advice li").all():
+            box = item.bounding_box()
+            assert box["y"] + box["height"] < size[1]
+        page.close()
+
+
 def test_the_report_writes_the_table_of_the_readme(quick):
     lines = (quick / "readme_table.md").read_text().splitlines()
     assert len(lines) == 2 + len(HORIZONS) * len(fastest.TARGETS)
@@ -127,4 +165,4 @@ def test_the_report_refuses_an_unknown_part(capsys):
         report.main(["--only", "truth,magic"])
     assert refused.value.code == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert "unknown part 'magic'; parts are workprecision, truth, atlas" in said
+    assert "unknown part 'magic'; parts are workprecision, many_starts, truth" in said

@@ -5,6 +5,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
+from axe import list_violations
 
 from validation.__main__ import main
 from validation.thesis import chapter, integrals, trajectories
@@ -70,6 +71,20 @@ def test_the_page_stands_alone(page):
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|\binf\b|Undefined|np\.float", text)
     assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page)
     assert len(page) < 4e6
+
+
+def test_what_does_not_stand_is_a_list_of_links(results, page):
+    said = chapter.check_sentences(results)
+    places = [i for i, sentence in enumerate(said, 1) if not sentence.holds]
+    listed = page.split('<h2 id="not">')[1].split("<h2")[0]
+    assert [int(i) for i in re.findall(r'href="#sentence-(\d+)"', listed)] == places
+    assert all(page.count(f'id="sentence-{i}"') == 1 for i in places)
+
+
+def test_axe_finds_nothing_on_the_chapter(tmp_path, browser, page):
+    file = tmp_path / chapter.OUTPUT
+    file.write_text(page)
+    assert list_violations(browser, file.as_uri()) == []
 
 
 def test_verdicts(results):

@@ -73,8 +73,20 @@ def describe_machine():
         "compiler": compiler_version(),
         "commit": commit_name(),
         "versions": f"Python {platform.python_version()}, {packages}",
-        "GSL": "included" if has_gsl() else GSL_MISSING,
+        "GSL": describe_gsl(),
     }
+
+
+def describe_gsl():
+    """Return whether GSL is included, and its version if pkg-config knows it."""
+    if not has_gsl():
+        return GSL_MISSING
+    ask = ["pkg-config", "--modversion", "gsl"]
+    try:
+        asked = subprocess.run(ask, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return "included"
+    return f"included, version {asked.stdout.strip()}"
 
 
 def is_of_gsl(name):

@@ -55,7 +55,6 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
             textcoords="offset points",
             ha="left",
             va="top",
-            fontsize=7,
             color=FAINT,
         )
     axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
@@ -125,7 +124,7 @@ def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
         return ""
     styles = choose_line_styles(named, peers)
     with plt.rc_context(STYLE):
-        figure, axes = make_panel(2.9, 3.9)
+        figure, axes = make_panel(2.7, 4.6)
         for name, points in lines.items():
             if name in styles:
                 axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])

@@ -32,9 +32,8 @@ class Square:
 
     @property
     def text(self):
-        minus = "\N{MINUS SIGN}"
-        number = "" if self.error is None else f"{round(self.decade)}".replace("-", minus)
-        return number + self.mark
+        """The negative power of ten of the error, as in 9 for 1e-9 rad, and the mark."""
+        return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property
     def ink(self):
@@ -60,16 +59,15 @@ def draw_square(axes, square, column, row):
         square.text,
         ha="center",
         va="center",
-        fontsize=7.5,
         color=square.ink,
     )
 
 
 def set_labels(axes, columns, rows):
     axes.set(xlim=(0, len(columns)), ylim=(len(rows), 0))
-    axes.set_yticks(np.arange(len(rows)) + 0.5, rows, fontsize=8.5)
+    axes.set_yticks(np.arange(len(rows)) + 0.5, rows)
     slanted = {"rotation": 45, "ha": "left", "rotation_mode": "anchor"}
-    axes.set_xticks(np.arange(len(columns)) + 0.5, columns, fontsize=8.5, **slanted)
+    axes.set_xticks(np.arange(len(columns)) + 0.5, columns, **slanted)
     axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
     for side in axes.spines.values():
         side.set_visible(False)
@@ -100,6 +98,6 @@ def draw_key():
         )
         axes.set_yticks([])
         axes.set_xticks(range(-15, 1, 3), [f"1e{x}" if x else "1" for x in range(-15, 1, 3)])
-        axes.set_xlabel("attitude error [rad]", fontsize=9)
-        axes.tick_params(labelsize=8, color=FAINT)
+        axes.set_xlabel("attitude error [rad]")
+        axes.tick_params(color=FAINT)
         return figure_to_svg(figure)

@@ -26,10 +26,10 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
     axes.scatter(
         across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
     )
-    axes.set_title(title, fontsize=9)
+    axes.set_title(title)
     axes.set_xticks(*TURN)
     axes.set_xlim(-np.pi, np.pi)
-    axes.tick_params(labelsize=8, color=FAINT)
+    axes.tick_params(color=FAINT)
 
 
 def draw_sections(panels, columns, height):
@@ -39,8 +39,8 @@ def draw_sections(panels, columns, height):
         figure, all_axes = make_panels(rows, columns, height)
         for axes, (title, panel) in zip(all_axes, panels.items(), strict=True):
             draw_dots(axes, *panel, title)
-        figure.supxlabel("spin angle", fontsize=9)
-        figure.supylabel("axial momentum", fontsize=9)
+        figure.supxlabel("spin angle")
+        figure.supylabel("axial momentum")
         return figure_to_svg(figure)
 
 
@@ -77,7 +77,7 @@ def draw_regions(borders, points, greatest, highest, close):
         for number, (g, h) in enumerate(points, 1):
             where = near if left < g < right and low < h < high else axes
             where.plot(g, h, ".", color=COLOURS[1], markersize=4)
-            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points", size=8)
+            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points")
         near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
         axes.indicate_inset_zoom(near, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
@@ -100,7 +100,7 @@ def draw_kicks(angles, changes, amplitude):
         axes.plot(turn, amplitude * np.sin(2.0 * turn), color=INK, linewidth=1, label="Melnikov")
         axes.set_xticks(*TURN)
         axes.set(xlabel="spin angle at the lowest point", ylabel="change per swing, over e")
-        axes.legend(fontsize=8, markerscale=4, loc="upper right")
+        axes.legend(markerscale=4, loc="upper right")
         return figure_to_svg(figure)
 
 
@@ -113,6 +113,6 @@ def draw_widths(e, measured, predicted):
         axes.set(
             xlabel="e, relative difference of the equal moments", ylabel="half width of the layer"
         )
-        axes.legend(fontsize=8, loc="upper left")
+        axes.legend(loc="upper left")
         axes.grid(True)
         return figure_to_svg(figure)

@@ -50,6 +50,6 @@ def draw_apex_path(apex):
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(2.6, 2.6))
         top = draw_globe(axes)
-        axes.annotate("up", top, ha="center", va="bottom", fontsize=9, color=FAINT)
+        axes.annotate("up", top, ha="center", va="bottom", color=FAINT)
         draw_trace(axes, apex)
         return figure_to_svg(figure, bbox_inches="tight")

@@ -20,9 +20,11 @@ STROKES = (
     ((0, (5, 1.5, 1, 1.5)), "D"),
     ((0, (2, 1)), "^"),
 )
+SIZE = 9  # the size of all type in all figures [pt]; the page does not scale figures up
 STYLE = {
     "svg.fonttype": "none",
-    "font.size": 10,
+    "font.size": SIZE,
+    **dict.fromkeys(("axes.titlesize", "figure.labelsize", "figure.titlesize"), SIZE),
     "font.family": "sans-serif",
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -94,7 +96,7 @@ def label_ends(axes, ends):
 
     `ends` lists (name, end of the line, style). The label repeats the marker of the style, if any.
     """
-    gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())
+    gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
         ((axes_height(axes, y), x, y, name, style) for name, (x, y), style in ends),
         key=lambda label: label[:4],
@@ -113,7 +115,6 @@ def label_ends(axes, ends):
             xytext=(after_marker if marker else 1.03, height),
             textcoords="axes fraction",
             color=INK if marker else colour,
-            fontsize=9,
             va="center",
             annotation_clip=False,
             arrowprops={

@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from .style import COLOURS, STYLE, figure_to_svg, label_ends, make_panel, plt, set_power_ticks
+from .style import (
+    COLOURS,
+    MARKERS,
+    STYLE,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
 LEAST = 1e-17  # value drawn for an error of zero
 
@@ -19,12 +28,18 @@ def draw_time_series(lines, quantity, label, colours):
     """
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)
+        styles = {
+            kind: {"color": colour, "marker": marker}
+            for (kind, colour), marker in zip(colours.items(), MARKERS, strict=False)
+        }
         known = [line for line in lines if len(line["t"]) > 1]
         for line in known:
             axes.semilogy(
                 line["t"][1:],
                 np.maximum(line[quantity][1:], LEAST),
-                color=colours[line["kind"]],
+                **styles[line["kind"]],
+                markersize=4,
+                markevery=max(1, len(line["t"]) // 5),
                 linewidth=1.2,
             )
         axes.set(xlabel="time; one turn of the precession is 2 pi", ylabel=label)
@@ -35,7 +50,7 @@ def draw_time_series(lines, quantity, label, colours):
         label_ends(
             axes,
             [
-                (line["method"], end, {"color": colours[line["kind"]]})
+                (line["method"], end, styles[line["kind"]])
                 for line, end in zip(known, ends, strict=True)
             ],
         )

@@ -10,6 +10,7 @@ import numpy as np
 from ..competitors import single_runs
 from ..drawing import heatmap
 from ..drawing.time_series import choose_colours, draw_time_series
+from ..drawing.verdict_bars import draw_verdict_bars
 from . import atlas_cases, atlas_cells, stiff_needle, verdicts
 from .budget import Task
 from .formatting import count_word, join_counts, join_sentences, join_words, verb_be
@@ -144,6 +145,14 @@ def count_verdicts(found):
         }
 
 
+def draw_verdicts(counts):
+    """Draw the verdicts of each method; those that are most often right or as asked come first."""
+    names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
+    met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
+    order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
+    return draw_verdict_bars({line["method"]: line["counts"] for line in order}, names)
+
+
 def needle_context(lines):
     colours = choose_colours(line["kind"] for line in lines)
     return {
@@ -159,9 +168,11 @@ def needle_context(lines):
 
 
 def build_context(atlas):
+    counts = list(count_verdicts(atlas.cells))
     return needle_context(atlas.needle_lines) | {
+        "bars": draw_verdicts(counts),
         "families": list(family_contexts(atlas.cells)),
-        "counts": list(count_verdicts(atlas.cells)),
+        "counts": counts,
         "words": list(verdicts.VERDICTS),
         "marks": verdicts.MARKS,
         "signs": verdicts.SIGNS,
@@ -266,7 +277,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    label="Stability",
     list_files=list_files,
     terminal_lines=terminal_lines,
     list_methods=lambda atlas: {cell["method"] for cell in atlas.cells},

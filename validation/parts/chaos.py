@@ -259,7 +259,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    label="Order and chaos",
     list_files=list_files,
     list_methods=lambda findings: {"taylor"},
 )

@@ -156,7 +156,6 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    label="Many tops",
     list_files=lambda findings, about: [
         ("ensembles.csv", write_csv(COLUMNS, table_rows(findings)))
     ],

@@ -30,11 +30,11 @@ class Part:
     load_findings: Callable  # (problems with their ends, store) -> findings
     build_context: Callable  # findings -> values for the template, by name
     conclude: Callable  # findings -> a paragraph
-    # label of the paragraph at the head of the page; if empty, it is not shown there
-    label: str = ""
     list_files: Callable = list_nothing  # (findings, about) -> (name, text) of each file
     terminal_lines: Callable = list_nothing  # findings -> lines for the terminal
     list_methods: Callable = list_nothing  # findings -> names of the methods that ran
+    # findings -> values for the template NAME_lead.html, which is shown above all parts
+    build_lead: Callable | None = None
     accepts_user_scenes: bool = False  # True if it can run on the scenes of a user
 
 

@@ -112,7 +112,6 @@ PART = Part(
     load_findings,
     lambda lines: {"truths": lines},
     conclude,
-    label="Truth",
     list_files=list_files,
     accepts_user_scenes=True,
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..competitors.method_families import group_methods
 from ..drawing import cost_curves
-from . import fastest, late_states, scene_runs, scene_table
+from . import advice, fastest, late_states, scene_runs, scene_table
 from .formatting import (
     count_word,
     format_brief,
@@ -307,9 +307,9 @@ PART = Part(
     load_findings,
     build_context,
     conclude,
-    label="Time",
     list_files=list_files,
     terminal_lines=terminal_lines,
     list_methods=list_methods,
+    build_lead=advice.build_lead,
     accepts_user_scenes=True,
 )

@@ -5,6 +5,7 @@ from ..parts import (
     chaos,
     ensembles,
     fits,
+    many_starts,
     omissions,
     published,
     random_tops,
@@ -14,6 +15,7 @@ from ..parts import (
 
 PARTS = (
     workprecision.PART,
+    many_starts.PART,
     truth.PART,
     atlas.PART,
     ensembles.PART,

@@ -9,6 +9,7 @@ from ..competitors.single_runs import PEERS
 from ..parts import fastest, formatting
 
 HERE = Path(__file__).parent
+FOLD = "<!-- fold -->"  # in the template of a part, what comes before this line is not folded
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
@@ -30,8 +31,13 @@ def load_template(name, *folders):
 
 def render_section(part, found, about):
     """Return the HTML section of a part."""
-    body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
-    return {"part": part, "conclusion": part.conclude(found), "body": body}
+    text = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
+    shown, mark, folded = text.partition(FOLD)
+    lead = ""
+    if part.build_lead:
+        lead = load_template(f"{part.name}_lead.html").render(about=about, **part.build_lead(found))
+    bodies = {"shown": shown, "body": folded} if mark else {"shown": "", "body": text}
+    return {"part": part, "conclusion": part.conclude(found), "lead": lead, **bodies}
 
 
 def describe_methods(ran):

@@ -12,12 +12,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from ..drawing import sphere_plots
-from ..drawing.style import FAINT, STYLE, figure_to_svg
+from ..drawing.style import STYLE, figure_to_svg
 from .line_charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
 APART, REACH = 4.6, 2.3  # distance of the two origins; length of the longest vectors
 THICK, THIN, GLASS = 2.0, 0.8, 0.45  # widths of edges [pt]; opacity of translucent cuboids
+STILL_WIDTH, LINE = 7.6, 0.3  # width of pictures of several tops, height of a line of text [inch]
 LIGHT = np.array((-0.4, -0.5, 0.77))
 
 
@@ -123,20 +124,25 @@ def draw_four_tops(courses, t, half, pivot):
     with the step eps2 are translucent.
     """
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")
-        for side, method, solid, glass in (
-            (-0.5, "Bobenko-Suris", "red", "blue"),
-            (0.5, "Extrap", "yellow", "green"),
-        ):
+        figure, axes = plt.subplots(layout="constrained")
+        for side, solid, glass in ((-0.5, "red", "blue"), (0.5, "yellow", "green")):
             tops = [
                 top_at_time(courses[solid], t, TOPS[solid], THICK, 1.0),
                 top_at_time(courses[glass], t, TOPS[glass], THIN, GLASS),
             ]
             draw_tops(axes, tops, half, pivot, origin_of(side))
-            axes.annotate(method, (side * APART, -2.6), ha="center", color=FAINT)
         hide_frame(axes)
-        axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
+        low = axes.get_ylim()[0]
+        for side, method in ((-0.5, "Bobenko-Suris"), (0.5, "Extrap")):
+            axes.annotate(method, (side * APART, low), ha="center", va="top", annotation_clip=False)
+        fit_height(figure, axes)
         return figure_to_svg(figure)
+
+
+def fit_height(figure, axes, width=STILL_WIDTH):
+    """Choose the height of a picture with equal scales so that its content fills it [inch]."""
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 
 
 def tops_at_start(scene, colour):
@@ -155,10 +161,11 @@ def draw_one_top(scene, half, pivot, colour):
 def draw_two_tops(scene, half, pivot, colours):
     """Draw figure 5.10: a top and its duplicate."""
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
+        figure, axes = plt.subplots(layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
             draw_tops(axes, tops_at_start(scene, colour), half, pivot, origin_of(side))
         hide_frame(axes)
+        fit_height(figure, axes)
         return figure_to_svg(figure)
 
 

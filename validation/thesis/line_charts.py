@@ -44,7 +44,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
             axes.set_yscale("log")
         if floor is not None:
             axes.axhline(floor, color=FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
-        figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3, fontsize=9)
+        figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3)
         return figure_to_svg(figure)
 
 
@@ -54,7 +54,7 @@ def draw_scatter(groups, xlabel, ylabel):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
             axes.plot(x, y, marker, color=colour, markersize=5, linewidth=1.2, label=label)
-        figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+        figure.legend(loc="outside lower center", ncols=3)
         return figure_to_svg(figure)
 
 
@@ -95,7 +95,7 @@ def draw_geodesic():
 
 def draw_mark(axes, point, text, offset, ha="left"):
     axes.plot(*point, "o", color=INK, markersize=4)
-    axes.annotate(text, point, xytext=offset, textcoords="offset points", ha=ha, fontsize=10)
+    axes.annotate(text, point, xytext=offset, textcoords="offset points", ha=ha)
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):

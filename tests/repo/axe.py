@@ -1,0 +1,40 @@
+"""Checks of pages for accessibility by axe-core, in windows of three sizes."""
+
+import shutil
+from contextlib import contextmanager
+
+from axe_playwright_python.sync_playwright import Axe
+from toolbox import need
+
+SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
+
+
+@contextmanager
+def open_browser():
+    """Open Debian's chromium without windows. Skip the test if it is missing."""
+    need("chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as tool:
+        path = shutil.which("chromium")
+        browser = tool.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+def list_violations(browser, address, open_folds=False, sizes=SIZES):
+    """Return the violations of the accessibility rules by a page, each with its window size.
+
+    With `open_folds`, all folded parts of the page are opened before the check.
+    """
+    found = []
+    for width, height in sizes:
+        page = browser.new_page(viewport={"width": width, "height": height})
+        page.goto(address)
+        if open_folds:
+            page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
+        for violation in Axe().run(page).response["violations"]:
+            places = [node["html"][:120] for node in violation["nodes"][:3]]
+            found.append((width, violation["id"], places))
+        page.close()
+    return found

@@ -1,0 +1,91 @@
+"""Tests of the part on many starts, and of the advice at the head of the report."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from validation.parts import advice, fastest, many_starts, scene_runs
+from validation.parts.budget import BUDGETS
+from validation.references.problems import load_problem
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Return the measurements of one scene with few members."""
+    return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
+
+
+def test_every_program_runs_on_every_start(found):
+    (scene,) = found
+    places = {(run["program"], run["start"], run["tol"]) for run in scene["runs"]}
+    programs = many_starts.list_programs()
+    assert len(places) == len(programs) * many_starts.LEAST_STARTS * len(many_starts.QUICK)
+    for run in scene["runs"]:
+        assert run["seconds"] > 0 and run["attitude_error"] < (1.0 if run["tol"] > 1e-5 else 1e-4)
+    tight = [run for run in scene["runs"] if run["tol"] == 1e-12]
+    assert all(run["attitude_error"] < 1e-7 for run in tight), "one truth for all programs"
+
+
+def test_a_start_keeps_the_character_of_the_motion():
+    problem = load_problem("goryachev_chaplygin")
+    start, other = many_starts.draw_starts(problem, 2)
+    assert start.momentum[2] == other.momentum[2] == 0 and start.momentum != other.momentum
+    assert abs(np.linalg.norm(start.attitude) - 1) < 1e-15
+    fast = load_problem("fast")
+    assert 0.8 < many_starts.draw_starts(fast, 1)[0].rate / fast.rate < 1.2
+
+
+def make_found(times):
+    """Return findings of one scene from {program: times of its starts}, infinite if it fails."""
+    runs = [
+        {"scene": "s", "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
+        for program, own in times.items()
+        for i, t in enumerate(own)
+        if np.isfinite(t)
+    ]
+    starts = len(next(iter(times.values())))
+    return [{"scene": "s", "starts": starts, "compiling": [0.5], "runs": runs}]
+
+
+def test_the_conclusion_has_medians_of_ratios_and_names_who_fails():
+    programs = list(many_starts.list_programs())
+    times = {program: [np.inf] * 3 for program in programs}
+    times |= {programs[0]: [1e-3, 2e-3, 3e-3], programs[1]: [5e-3, 4e-3, np.inf]}
+    said = many_starts.conclude(make_found(times))
+    title = many_starts.list_programs()[programs[1]]
+    assert said.startswith("3 random starts of one scene, 10 turns each: kreisel takes 2.00 ms")
+    assert f"For 1e-9 rad {title} takes 5 times as long as kreisel, in the median." in said
+    assert "SciPy DOP853 do not reach 1e-9 rad." in said or "does not reach 1e-9 rad." in said
+
+
+def test_a_quantile_is_infinite_if_too_many_starts_fail():
+    times = [1.0, 2.0, 3.0, np.inf]
+    assert many_starts.compute_quantile(times, 0.5) == 3.0
+    assert many_starts.compute_quantile(times, 0.9) == np.inf
+
+
+def make_row(scene, method, seconds, step=None):
+    known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds], "step": step}
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+
+
+def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
+    """Check the advice for two scenes, of which each method of kreisel wins one."""
+    scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
+    rows = []
+    for scene, (method, seconds) in scenes.items():
+        rows += [make_row(scene, method, seconds), make_row(scene, "heyoka", 8 * seconds)]
+        rows += [make_row(scene, "strang", 1e-3, step) for step in (0.2, 0.1)]
+    problems = [(load_problem(scene), 1.0) for scene in scenes]
+    comparison = SimpleNamespace(problems=problems, rows=rows, scenes=list(scenes))
+    lead = advice.build_lead(comparison)
+    n = len(fastest.TARGETS)
+    first, second = lead["groups"]
+    assert (first["kinds"], first["method"], first["times"]) == ("Symmetric tops", "exact", "0.001")
+    assert (second["kinds"], second["method"]) == ("Asymmetric tops", "taylor")
+    assert first["wins"] == second["cases"] == n and first["ratios"] == "8"
+    (fixed,) = lead["fixed"]
+    assert fixed["method"] == "strang" and fixed["symplectic"]
+    assert fixed["targets"] == "1e-3, 1e-6, 1e-9 and 1e-12"

@@ -1,0 +1,97 @@
+"""The advice at the head of the report: which method to take for which scene."""
+
+from collections import Counter
+
+import kreisel as kr
+
+from . import fastest
+from .formatting import format_brief, format_milliseconds, format_power, join_words
+
+KINDS = {
+    "lagrange": "symmetric tops",
+    "euler": "free bodies",
+    "kowalewski": "Kowalewski",
+    "goryachev_chaplygin": "Goryachev-Chaplygin",
+    "general": "asymmetric tops",
+}
+
+
+def describe_kinds(problems):
+    kinds = dict.fromkeys(problem.to_scene().body.kind for problem in problems)
+    text = join_words(KINDS[kind] for kind in kinds)
+    return text[0].upper() + text[1:]
+
+
+def find_winner(rows, scene):
+    """Return the method of kreisel that is fastest for most errors on a scene, or None."""
+    wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
+    return Counter(wins).most_common(1)[0][0] if wins else None
+
+
+def group_scenes(comparison):
+    """Return {method: problems on which it is the fastest for most errors}."""
+    groups = {}
+    for problem, _ in comparison.problems:
+        winner = find_winner(comparison.rows, problem.name)
+        if winner:
+            groups.setdefault(winner, []).append(problem)
+    return groups
+
+
+def describe_group(rows, method, problems):
+    """Return a row of the advice: kinds of tops, method, scenes, times and ratios."""
+    scenes = [problem.name for problem in problems]
+    races = list(fastest.run_races(rows, scenes))
+    won = [own for *_, own, _ in races if own and own.method == method]
+    ratios = [
+        peer.seconds / own.seconds
+        for *_, own, peer in races
+        if own and peer and own.method == method
+    ]
+    times = [format_milliseconds(bound(row.seconds for row in won)) for bound in (min, max)]
+    return {
+        "kinds": describe_kinds(problems),
+        "method": method,
+        "scenes": join_words(scenes),
+        "times": " to ".join(dict.fromkeys(times)),
+        "wins": len(won),
+        "cases": len(races),
+        "ratios": " to ".join(dict.fromkeys(format_brief(bound(ratios)) for bound in (min, max)))
+        if ratios
+        else "",
+    }
+
+
+def list_fixed_steps(comparison):
+    """Yield each target and the fixed-step method that is the fastest on most scenes."""
+
+    def has_step(row):
+        return not row.peer and row.step is not None
+
+    for target in fastest.TARGETS:
+        hits = [
+            hit.method
+            for scene in comparison.scenes
+            if (hit := fastest.fastest_row(comparison.rows, scene, target, has_step))
+        ]
+        if hits:
+            method = Counter(hits).most_common(1)[0][0]
+            yield {"target": format_power(target), "method": method}
+
+
+def build_lead(comparison):
+    groups = group_scenes(comparison)
+    fixed = {}
+    for line in list_fixed_steps(comparison):
+        fixed.setdefault(line["method"], []).append(line)
+    return {
+        "groups": [describe_group(comparison.rows, *group) for group in groups.items()],
+        "fixed": [
+            {
+                "method": method,
+                "targets": join_words(line["target"] for line in lines),
+                "symplectic": kr.methods[method].symplectic,
+            }
+            for method, lines in fixed.items()
+        ],
+    }

@@ -1,0 +1,269 @@
+"""Run time over error for many random starts of each scene, kreisel beside other integrators.
+
+Each start is that of the scene, rotated and with a scaled momentum, so that the character of the
+motion is the same. Each program runs at many tolerances. Its time for an error is that of its
+fastest run with at most this error. kreisel chooses its method itself.
+"""
+
+from dataclasses import replace
+from functools import partial
+from math import pi
+from statistics import median
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import timing
+from ..competitors.single_runs import PEERS, HeyokaRun, KreiselRun, ScipyRun, Setting
+from ..drawing.cost_bands import draw_cost_bands
+from ..references import equations, reference
+from ..references.problems import attitude_error, rotate_to_space
+from . import fastest
+from .budget import Task
+from .formatting import (
+    format_brief,
+    format_milliseconds,
+    format_power,
+    join_sentences,
+    join_words,
+    number_word,
+)
+from .part import Part, write_csv
+
+SEED, TURNS = 9, 10.0
+ROTATION = 0.5  # largest angle by which a start is rotated [rad]
+SCALES = (0.8, 1.2)  # range of the factors of the momentum
+STARTS, LEAST_STARTS = 10, 3  # one start for this number of members of the budget; smallest number
+TOLERANCES = [10.0**-k for k in range(2, 14)]
+QUICK = [1e-4, 1e-8, 1e-12]
+TRIALS, LONG = 3, 5e-3  # each run is timed this often, but only once if it takes this long [s]
+OWN = "kreisel"
+CURVE = [10.0 ** (-k / 2) for k in range(4, 27)]  # errors of the figure [rad]
+SHOWN = (1e-3, 1e-6, 1e-9, 1e-12)  # errors of the table [rad]
+BAND = (0.25, 0.75)  # quantiles of the band
+COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
+
+
+def list_programs():
+    """Return {name: title} of the programs; the first is kreisel."""
+    known = {*kr.methods, *(peer.name for peer in PEERS)}
+    return {OWN: OWN} | fastest.list_references(known)
+
+
+def rotate_start(problem, random):
+    """Return the problem with a random start. A horizontal momentum stays horizontal."""
+    axis = random.normal(size=3)
+    half = random.uniform(0.0, ROTATION) / 2
+    turn = np.array([np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis))])
+    attitude = np.array(kr.quaternion.multiply(turn, problem.attitude))
+    momentum = rotate_to_space(turn, np.array(problem.momentum)) * random.uniform(*SCALES)
+    if problem.momentum[2] == 0:
+        momentum[2] = 0.0
+    attitude /= np.linalg.norm(attitude)
+    start = {"attitude": tuple(map(float, attitude)), "momentum": tuple(map(float, momentum))}
+    return replace(problem, user=None, **start)
+
+
+def draw_starts(problem, number):
+    random = np.random.default_rng([SEED, *problem.name.encode()])
+    return [rotate_start(problem, random) for _ in range(number)]
+
+
+def make_runs(starts, end, tol):
+    """Yield the programs, each with its runs of all starts and the compile time [s]."""
+    setting = Setting(tol=tol)
+    compiled = HeyokaRun(starts[0], end, setting)
+    for name in list_programs():
+        if name == OWN:
+            yield name, [KreiselRun("auto", start, end, setting) for start in starts], None
+        elif name in kr.methods:
+            yield name, [KreiselRun(name, start, end, setting) for start in starts], None
+        elif name == PEERS[0].name:
+            yield name, [restart(compiled, start) for start in starts], compiled.setup
+        else:
+            yield name, [ScipyRun(start, end, setting) for start in starts], None
+
+
+def restart(compiled, start):
+    """Return a run with the compiled integrator of another run and its own start."""
+    run = object.__new__(HeyokaRun)
+    vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
+    return run
+
+
+def measure_run(run, truth):
+    """Return the time and the error of a run, or None if it fails."""
+    try:
+        with timing.pause_gc():
+            begin = timing.perf_counter()
+            attitude = run.solve()
+            seconds = timing.perf_counter() - begin
+            if seconds < LONG:
+                seconds = min(timing.time_once(run.solve) for _ in range(TRIALS))
+        return seconds, attitude_error(attitude, truth)
+    except (kr.Error, ArithmeticError, ValueError):
+        return None
+
+
+def measure_scene(problem, budget):
+    """Measure all programs on all starts of a scene, in turn."""
+    end = TURNS * 2 * pi / problem.rate
+    starts = draw_starts(problem, max(LEAST_STARTS, budget.members // STARTS))
+    truths = [
+        np.array(reference.integrate_states(start, [end], fp=reference.FINER)[0][:4], np.longdouble)
+        for start in starts
+    ]
+    found, compiling = [], []
+    for tol in QUICK if budget.quick else TOLERANCES:
+        programs = list(make_runs(starts, end, tol))
+        compiling += [setup for *_, setup in programs if setup is not None]
+        for i, truth in enumerate(truths):
+            for name, runs, _ in programs:
+                if (measured := measure_run(runs[i], truth)) is not None:
+                    known = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
+                    seconds, error = measured
+                    found.append(known | {"seconds": seconds, "attitude_error": error})
+    return {"scene": problem.name, "starts": len(starts), "compiling": compiling, "runs": found}
+
+
+def list_tasks(problems, budget, store):
+    for problem, _ in problems:
+        key = f"starts/{problem.name}/{budget.members}"
+        yield Task(key, partial(measure_scene, problem, budget), 1.0 if budget.quick else 9.0)
+
+
+def load_findings(problems, store):
+    return store.under("starts/")
+
+
+def times_to_error(found, program, target):
+    """Return the time of a program for each start of each scene, infinite if it fails [s]."""
+    times = {(each["scene"], i): np.inf for each in found for i in range(each["starts"])}
+    for run in (run for each in found for run in each["runs"]):
+        if run["program"] == program and run["attitude_error"] <= target:
+            place = run["scene"], run["start"]
+            times[place] = min(times[place], run["seconds"])
+    return list(times.values())
+
+
+def compute_quantile(times, part):
+    """Return a quantile of times that may be infinite [s]."""
+    return float(np.quantile(times, part, method="higher"))
+
+
+def make_bands(found):
+    """Return {title: (errors, median, lower and upper quantiles)} of the programs [rad, ms]."""
+    bands = {}
+    for program, title in list_programs().items():
+        times = [times_to_error(found, program, target) for target in CURVE]
+        bands[title] = (
+            CURVE,
+            *(
+                [1e3 * compute_quantile(each, part) for each in times]
+                for part in (0.5, BAND[0], BAND[1])
+            ),
+        )
+    return bands
+
+
+def summarize_programs(found):
+    """Yield a row of the table for each error: the median times, and how many starts reach it."""
+    for target in SHOWN:
+        times = {name: times_to_error(found, name, target) for name in list_programs()}
+        yield {
+            "target": format_power(target),
+            "cells": [
+                {
+                    "time": format_milliseconds(finite_or_none(compute_quantile(own, 0.5))),
+                    "reached": f"{np.isfinite(own).mean():.0%}".replace("%", " %"),
+                }
+                for own in times.values()
+            ],
+        }
+
+
+def finite_or_none(x):
+    return x if np.isfinite(x) else None
+
+
+def median_ratios(found, target):
+    """Return {title: the median ratio of its time to that of kreisel} at an error."""
+    own = np.array(times_to_error(found, OWN, target))
+    ratios = {}
+    for program, title in list_programs().items():
+        times = np.array(times_to_error(found, program, target))
+        known = np.isfinite(own)
+        if program != OWN and known.any():
+            ratios[title] = compute_quantile(times[known] / own[known], 0.5)
+    return ratios
+
+
+def describe_ratios(found, target):
+    ratios = median_ratios(found, target)
+    slower = [
+        f"{title} takes {format_brief(ratio)} times"
+        for title, ratio in ratios.items()
+        if ratio < np.inf
+    ]
+    missing = [title for title, ratio in ratios.items() if ratio == np.inf]
+    at = f"{format_power(target)} rad"
+    return join_sentences(
+        f"For {at} {join_words(slower)} as long as kreisel, in the median." if slower else "",
+        f"On most starts {join_words(missing)} {verb_do(len(missing))} not reach {at}."
+        if missing
+        else "",
+    )
+
+
+def verb_do(n):
+    return "do" if n > 1 else "does"
+
+
+def describe_scenes(found):
+    return "one scene" if len(found) == 1 else f"{number_word(len(found))} scenes"
+
+
+def conclude(found):
+    own = times_to_error(found, OWN, SHOWN[2])
+    middle = format_milliseconds(finite_or_none(compute_quantile(own, 0.5)))
+    tops = sum(each["starts"] for each in found)
+    return join_sentences(
+        f"{tops} random starts of {describe_scenes(found)}, {TURNS:g} turns each: kreisel takes "
+        f"{middle} ms in the median for an error of {format_power(SHOWN[2])} rad.",
+        describe_ratios(found, SHOWN[2]),
+        describe_ratios(found, SHOWN[3]),
+    )
+
+
+def build_context(found):
+    compiling = [seconds for each in found for seconds in each["compiling"]]
+    return {
+        "figure": draw_cost_bands(make_bands(found), "attitude error at the end [rad]"),
+        "programs": list(list_programs().values()),
+        "rows": list(summarize_programs(found)),
+        "starts": found[0]["starts"],
+        "scenes": describe_scenes(found),
+        "tops": sum(each["starts"] for each in found),
+        "turns": f"{TURNS:g}",
+        "rotation": f"{ROTATION:g}",
+        "scales": [f"{factor:g}" for factor in SCALES],
+        "compiling": f"{median(compiling):.2f}",
+        "runs_in_compiling": format_brief(
+            median(compiling) / compute_quantile(times_to_error(found, OWN, SHOWN[2]), 0.5)
+        ),
+    }
+
+
+PART = Part(
+    "many_starts",
+    "Many starts",
+    "Run time over error, many starts",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda found, about: [
+        ("many_starts.csv", write_csv(COLUMNS, (run for each in found for run in each["runs"])))
+    ],
+    build_lead=build_context,
+)
