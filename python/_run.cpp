@@ -4,13 +4,15 @@
 #include <pybind11/stl.h>
 #include <limits>
 #include "events.hpp"
+#include "fast_call.hpp"
+#include "paths.hpp"
 #include "tangents.hpp"
 #include "times.hpp"
 #include "watch.hpp"
 
-// Options of a run, as Python passes them.
+// Options of a run.
 struct steering {
-    std::string method;
+    const kr_method *method;
     double step, tol;
     int digits;
     int64_t max_steps;
@@ -30,6 +32,13 @@ static doubles reached(const doubles &out, size_t rows)
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
 }
 
+// States at the requested times, their low words or None, and the status of their computation.
+struct recorded {
+    kr_status status;
+    doubles states;
+    py::object low;
+};
+
 class run
 {
     watch watching;
@@ -38,6 +47,7 @@ class run
     std::atomic<bool> busy{false}, has_ended{false};
     std::atomic<double> reached_time{0.0}; // at the end of the last call
     py::ssize_t columns = 0;               // number of columns of the tangents
+    double forward = 1.0;                  // -1: back in time
 
     // Lock of a run: one thread at a time may use the run, and its own progress function may not.
     struct turn {
@@ -59,9 +69,10 @@ class run
         const kr_config config = {step,      how.tol,    how.max_steps,     watch::poll,
                                   &watching, how.digits, how.leave_heading, how.tangents};
         columns = py::ssize_t(kr_tangent_columns(how.tangents));
+        forward = back ? -1.0 : 1.0;
         kr_top *raw = nullptr;
         scene.start.t = begin.t;
-        const kr_status status = kr_top_create(&scene, method_of(how.method), config, &raw);
+        const kr_status status = kr_top_create(&scene, how.method, config, &raw);
         top.reset(raw);
         watching.top = raw;
         reached_time = begin.t;
@@ -83,13 +94,22 @@ class run
     py::tuple record(const given_times &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
-        const py::ssize_t n = py::ssize_t(t.size());
-        doubles out({n, py::ssize_t(8)});
+        return result_of(record_states(t, low_too, progress));
+    }
+    // Returns a result of `record_states` as Python reads it.
+    py::tuple result_of(const recorded &result) const
+    {
+        return py::make_tuple(name_of(result.status), result.states, result.low,
+                              counts(kr_top_stats(top.get())), watching.end);
+    }
+    recorded record_states(const given_times &t, bool low_too, const py::object &progress)
+    {
+        doubles out = new_states(t.size());
         py::object low = py::none();
         auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
         kr_state *rest = nullptr;
         if (low_too) {
-            doubles rows({n, py::ssize_t(8)});
+            doubles rows = new_states(t.size());
             rest = reinterpret_cast<kr_state *>(rows.mutable_data());
             low = rows;
         }
@@ -106,7 +126,7 @@ class run
             out = reached(out, done + more);
             if (rest) low = reached(low, done + more);
         }
-        return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
+        return {status, out, low};
     }
     // Records states with their tangents, the low words, and the largest last term of the series:
     // (states, tangents, low words, rest). Up to 16 digits the low words of tangents are zero.
@@ -175,6 +195,8 @@ class run
         return py::make_tuple(name, order);
     }
     double time() const { return reached_time; }
+    kr_stats stats() const { return kr_top_stats(top.get()); }
+    double end_of_call() const { return watching.end; }
     std::vector<int64_t> found()
     {
         const turn mine(busy);
@@ -215,7 +237,7 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
                        const py::object &low)
 {
     auto made = std::make_unique<run>();
-    const steering how = {method, step, tol, digits, max_steps, leave_heading, tangents};
+    const steering how = {method_of(method), step, tol, digits, max_steps, leave_heading, tangents};
     kr_status status = made->start(scene, how, back, {begin, low});
     if (status == KR_OK && !events.empty()) status = made->look_for(events);
     return py::make_tuple(name_of(status),
@@ -235,13 +257,101 @@ static py::object record(const kr_scene &scene, const std::string &method, doubl
     if (py::ssize_t(times.size()) > limit || !times.are_below(most) || !times.lead_away())
         return py::none();
     run once;
-    const steering how = {method, step, tol, digits, max_steps, leave_heading, 0};
+    const steering how = {method_of(method), step, tol, digits, max_steps, leave_heading, 0};
     const kr_status status = once.start(scene, how, times.end() < 0.0, {begin, low});
     if (status == KR_OK) return once.record(times, digits > 16, progress);
     doubles begun({py::ssize_t(1), py::ssize_t(8)});
     std::memcpy(begun.mutable_data(), &scene.start, sizeof scene.start);
     *begun.mutable_data() = begin;
     return py::make_tuple(name_of(status), begun, py::none(), counts(kr_stats()), times.end());
+}
+
+// A validated request, with which kreisel.solve takes a single call.
+class request
+{
+    steering how;
+    double most;       // times that are certainly not too late are below this one
+    py::ssize_t limit; // the largest number of states
+    py::object options;
+    path_maker paths;
+    py::object closed; // for 'auto': the request of the closed form, else None
+    py::object decide; // None, or a function that prefers the closed form of a top on a torus
+
+    // Returns the request that 'auto' means for a scene, and itself without 'auto'.
+    const request &chosen(const py::handle &scene, const kr_scene &block, const py::handle &t) const
+    {
+        if (closed.is_none()) return *this;
+        const kr_kind kind = kr_body_kind(&block.body, KR_KIND_RTOL);
+        const auto &other = instance_of<request>(closed.ptr());
+        if (block.gravity != 0.0 &&
+            (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN)) {
+            const bool prefers = !decide.is_none() && t && decide(scene, t).cast<bool>();
+            return prefers ? other : *this;
+        }
+        return kr_method_suits(other.how.method, &block) ? other : *this;
+    }
+    py::object record(const py::handle &scene, const kr_scene &block, const py::handle &t,
+                      const py::object &progress) const
+    {
+        given_times times;
+        if (!times.take(t)) return py::none();
+        times.begin_at_start();
+        const double horizon = get(scene, paths.name.horizon).cast<double>();
+        if (py::ssize_t(times.size()) > limit || !times.are_below(std::min(most, horizon)) ||
+            !times.lead_away())
+            return py::none();
+        run once;
+        const bool back = times.end() < 0.0;
+        if (once.start(block, how, back, {0.0, py::none()}) != KR_OK) return py::none();
+        const recorded result = once.record_states(times, how.digits > 16, progress);
+        if (result.status != KR_OK || !paths.knows_columns())
+            return py::make_tuple(options, once.result_of(result));
+        const auto stats = paths.stats_of(once.stats());
+        auto path = paths.make(scene, result.states, result.low, stats, back && how.step > 0.0);
+        if (!progress.is_none() && times.size() > 0) progress(times.end());
+        return path;
+    }
+
+  public:
+    request(const path_maker &paths, py::object options, const steering &how, double most,
+            py::ssize_t limit, py::object closed, py::object decide)
+        : how(how), most(most), limit(limit), options(std::move(options)), paths(paths),
+          closed(std::move(closed)), decide(std::move(decide))
+    {
+    }
+    // Returns the path of a scene at the times as given. Returns None if the arguments need
+    // validation or the method does not apply. Returns the options and the result of the core if
+    // the run failed, or if the core does not know all wanted quantities.
+    py::object solve(const py::handle &scene, const py::handle &t, const py::object &progress) const
+    {
+        const auto block = get(scene, paths.name.block).cast<kr_scene>();
+        return chosen(scene, block, t).record(scene, block, t, progress);
+    }
+};
+static std::unique_ptr<request> make_request(const py::object &path, const py::object &stats,
+                                             const py::object &options, const py::object &stored,
+                                             const py::tuple &core, const py::object &want,
+                                             double most, py::ssize_t limit,
+                                             const py::object &closed, const py::object &decide)
+{
+    const auto method = core[0].cast<std::string>();
+    const steering how = {method_of(method),
+                          core[1].cast<double>(),
+                          core[2].cast<double>(),
+                          core[3].cast<int>(),
+                          core[4].cast<int64_t>(),
+                          core[5].cast<bool>(),
+                          0};
+    return std::make_unique<request>(path_maker(path, stats, stored, want), options, how, most,
+                                     limit, closed, decide);
+}
+static PyObject *solve(PyObject *self, PyObject *const *given, Py_ssize_t n)
+{
+    return guarded([&] {
+        if (n != 3) throw py::type_error("solve takes a scene, times and progress");
+        return instance_of<request>(self).solve(given[0], given[1],
+                                                py::reinterpret_borrow<py::object>(given[2]));
+    });
 }
 
 void bind_run(py::module_ &m);
@@ -258,6 +368,14 @@ void bind_run(py::module_ &m)
         .def_property_readonly("ended", &run::ended)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
+    static PyMethodDef solve_method = {
+        "solve", reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(solve)), METH_FASTCALL,
+        "Return the path of a scene at times. None: the arguments need validation. A tuple: the "
+        "options and the result of the core, from which no path was made."};
+    py::class_<request> requests(m, "Request");
+    requests.def(py::init(&make_request), "path"_a, "stats"_a, "options"_a, "stored"_a, "core"_a,
+                 "want"_a, "most"_a, "limit"_a, "closed"_a = py::none(), "decide"_a = py::none());
+    add_method(requests, solve_method);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a = false, "back"_a = false, "events"_a = py::list(), "tangents"_a = 0,
           "begin"_a = 0.0, "low"_a = py::none());

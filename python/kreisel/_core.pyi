@@ -1,5 +1,5 @@
 from collections.abc import Callable, Sequence
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -221,6 +221,22 @@ class Run:
     def kernel(self) -> tuple[str, int]: ...
     @property
     def t(self) -> float: ...
+
+class Request:
+    def __init__(
+        self,
+        path: type,
+        stats: type,
+        options: object,
+        stored: object,
+        core: tuple[str, float, float, int, int, bool],
+        want: tuple[str, ...] | None,
+        most: float,
+        limit: int,
+        closed: Request | None = ...,
+        decide: Callable[..., bool] | None = ...,
+    ) -> None: ...
+    def solve(self, scene: object, t: object, progress: _Progress, /) -> Any: ...
 
 def start(
     scene: bytes,
