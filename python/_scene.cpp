@@ -1,15 +1,6 @@
 // Scenes: one call checks and stores the arguments.
 #include "times.hpp"
 
-// Reads doubles from a tuple or list of numbers, or from an array of doubles. Returns false for
-// anything else.
-template <size_t n> static bool numbers_of(const py::handle &given, double (&to)[n])
-{
-    given_times row;
-    if (!row.take(given) || row.is_number || row.size() != n) return false;
-    std::memcpy(to, row.data(), sizeof to);
-    return true;
-}
 // Returns the block of a scene, with its momentum, attitude, gravity and damping as Python stores
 // them. Returns None if an argument does not consist of plain numbers. Returns the name of the
 // status if the scene is invalid.

@@ -28,7 +28,13 @@ template <class Function> inline PyObject *guarded(Function function)
     }
     return nullptr;
 }
-// Adds a method of `count` positional arguments to a class.
+using fast_function = PyObject *(*)(PyObject * self, PyObject *const *given, Py_ssize_t n);
+inline PyMethodDef fast_method(const char *name, fast_function function, const char *text)
+{
+    auto *any = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function));
+    return {name, any, METH_FASTCALL, text};
+}
+// Adds a method to a class. The method must outlive the class.
 template <class T> inline void add_method(py::class_<T> &type, PyMethodDef &method)
 {
     auto *made = PyDescr_NewMethod(reinterpret_cast<PyTypeObject *>(type.ptr()), &method);

@@ -44,6 +44,26 @@ inline py::object get(const py::handle &object, const py::handle &name)
     return found;
 }
 
+// Returns an instance of a class whose constructor is not called.
+inline py::object instantiate(const py::handle &type)
+{
+    auto *of = reinterpret_cast<PyTypeObject *>(type.ptr());
+    auto made = py::reinterpret_steal<py::object>(of->tp_new(of, py::tuple().ptr(), nullptr));
+    if (!made) throw py::error_already_set();
+    return made;
+}
+// Returns an instance of a class that is derived from tuple.
+template <class... Items>
+inline py::object instantiate_tuple(const py::handle &type, Items... items)
+{
+    auto *of = reinterpret_cast<PyTypeObject *>(type.ptr());
+    auto made = py::reinterpret_steal<py::object>(of->tp_alloc(of, sizeof...(items)));
+    if (!made) throw py::error_already_set();
+    py::ssize_t i = 0;
+    (PyTuple_SET_ITEM(made.ptr(), i++, items.release().ptr()), ...);
+    return made;
+}
+
 // Makes instances of kreisel.Path. Attributes with the default of the class are not set.
 class path_maker
 {
@@ -52,7 +72,7 @@ class path_maker
         const kr_quantity *quantity; // NULL: the times
         bool is_state;               // a part of the state, which a path reads from `_columns`
     };
-    py::object path, stats, options, no_arguments = py::tuple();
+    py::object path, stats, options;
     std::vector<column> columns;
 
     py::object values(const column &wanted, const kr_scene &scene, const doubles &states) const
@@ -82,7 +102,8 @@ class path_maker
         py::str scene = intern("scene"), states = intern("states"), stats = intern("stats"),
                 options = intern("_options"), is_back = intern("_is_back"), low = intern("_low"),
                 columns = intern("_columns"), block = intern("_block"),
-                horizon = intern("_safe_horizon");
+                horizon = intern("_safe_horizon"), origin = intern("_origin"), t = intern("t"),
+                is_fresh = intern("_fresh"), motion = intern("_top");
         static py::str intern(const char *name)
         {
             return py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name));
@@ -112,22 +133,14 @@ class path_maker
     }
     py::object stats_of(const kr_stats &s) const
     {
-        auto *type = reinterpret_cast<PyTypeObject *>(stats.ptr());
-        auto made = py::reinterpret_steal<py::object>(type->tp_alloc(type, 4));
-        const int64_t counted[] = {s.steps, s.rejected, s.evaluations, s.iterations};
-        if (!made) throw py::error_already_set();
-        for (py::ssize_t i = 0; i < 4; i++)
-            PyTuple_SET_ITEM(made.ptr(), i, PyLong_FromLongLong(counted[i]));
-        return made;
+        return instantiate_tuple(stats, py::int_(s.steps), py::int_(s.rejected),
+                                 py::int_(s.evaluations), py::int_(s.iterations));
     }
     // Returns a path of the states, or of the wanted quantities. `low` can be None.
     py::object make(const py::handle &scene, const doubles &states, const py::handle &low,
                     const py::handle &counts, bool is_back) const
     {
-        auto *type = reinterpret_cast<PyTypeObject *>(path.ptr());
-        auto made =
-            py::reinterpret_steal<py::object>(type->tp_new(type, no_arguments.ptr(), nullptr));
-        if (!made) throw py::error_already_set();
+        py::object made = instantiate(path);
         set(made, name.scene, scene);
         set(made, name.stats, counts);
         set(made, name.options, options);
@@ -155,5 +168,36 @@ class path_maker
             if (!each.is_state) set(made, each.name, array);
         }
         set(made, name.columns, all);
+    }
+};
+
+// Makes copies of instances of kreisel.Scene with another start.
+class scene_maker
+{
+    py::object type;
+    std::vector<py::object> kept; // names of the fields that do not change
+    py::object momentum = path_maker::names::intern("momentum"),
+               attitude = path_maker::names::intern("attitude"),
+               block = path_maker::names::intern("_block");
+
+  public:
+    explicit scene_maker(py::object scene) : type(std::move(scene))
+    {
+        for (const auto &[name, field] : py::dict(type.attr("__dataclass_fields__")))
+            if (!name.equal(momentum) && !name.equal(attitude) && !name.equal(block))
+                kept.push_back(py::reinterpret_borrow<py::object>(name));
+    }
+    // Returns true if `scene` is an instance of the class itself.
+    bool makes(const py::handle &scene) const { return py::type::handle_of(scene).is(type); }
+    py::object make(const py::handle &scene, const kr_scene &changed) const
+    {
+        const kr_quat q = changed.start.q;
+        const kr_vec3 m = changed.start.m;
+        py::object made = instantiate(type);
+        for (const auto &name : kept) set(made, name, get(scene, name));
+        set(made, momentum, py::make_tuple(m.x, m.y, m.z));
+        set(made, attitude, py::make_tuple(q.w, q.x, q.y, q.z));
+        set(made, block, block_of(changed));
+        return made;
     }
 };

@@ -213,6 +213,8 @@ class Run:
     def state(self) -> tuple[_Array, _Array]: ...
     def save(self) -> bytes: ...
     def load(self, memory: bytes, found: list[int]) -> str: ...
+    def advance(self, owner: object, t: object, progress: _Progress, /) -> Any: ...
+    def reset(self, owner: object, momentum: object, attitude: object, /) -> bool: ...
     @property
     def found(self) -> list[int]: ...
     @property
@@ -225,8 +227,7 @@ class Run:
 class Request:
     def __init__(
         self,
-        path: type,
-        stats: type,
+        classes: tuple[type, type, type],
         options: object,
         stored: object,
         core: tuple[str, float, float, int, int, bool],
@@ -236,6 +237,9 @@ class Request:
         closed: Request | None = ...,
         decide: Callable[..., bool] | None = ...,
     ) -> None: ...
+    def start(
+        self, scene: bytes, back: bool, begin: float, low: _Array | None
+    ) -> tuple[str, Run | None]: ...
     def solve(self, scene: object, t: object, progress: _Progress, /) -> Any: ...
 
 def start(
@@ -252,6 +256,7 @@ def start(
     begin: float = ...,
     low: _Array | None = ...,
 ) -> tuple[str, Run | None]: ...
+def plain_times(t: object) -> _Array | None: ...
 def record(
     scene: bytes,
     method: str,

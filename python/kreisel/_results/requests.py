@@ -42,6 +42,19 @@ def find_request(
     return _make_request(series, closed, prefers_closed_form if is_open else None)
 
 
+def request_of(options: SolveOptions) -> Request | None:
+    """Return the request with these options, or None if a single call cannot satisfy it."""
+    if options.error is not None or options.has_events or options.tangents:
+        return None
+    own = options.step, options.tol, options.digits, options.max_steps
+    return _memoized(options.method.name, *own, options.requested_method, options.want)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _memoized(method: str, *controls: object) -> Request:
+    return _make_request(make_options(methods[method], *controls))
+
+
 def _make_request(
     options: SolveOptions,
     closed: Request | None = None,
@@ -51,7 +64,8 @@ def _make_request(
     if want is not None:
         stored = replace(stored, want=want)
     core, most, limit = options.core, options.safe_horizon, options.chunk_size
-    return Request(Path, Stats, options, stored, core, want, most, limit, closed, decide)
+    classes = Path, Stats, Scene
+    return Request(classes, options, stored, core, want, most, limit, closed, decide)
 
 
 def solve_request(
