@@ -4,13 +4,15 @@
 #include <pybind11/stl.h>
 #include <limits>
 #include "events.hpp"
+#include "fast_call.hpp"
+#include "paths.hpp"
 #include "tangents.hpp"
 #include "times.hpp"
 #include "watch.hpp"
 
-// Options of a run, as Python passes them.
+// Options of a run.
 struct steering {
-    std::string method;
+    const kr_method *method;
     double step, tol;
     int digits;
     int64_t max_steps;
@@ -30,6 +32,13 @@ static doubles reached(const doubles &out, size_t rows)
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
 }
 
+// States at the requested times, their low words or None, and the status of their computation.
+struct recorded {
+    kr_status status;
+    doubles states;
+    py::object low;
+};
+
 class run
 {
     watch watching;
@@ -38,30 +47,39 @@ class run
     std::atomic<bool> busy{false}, has_ended{false};
     std::atomic<double> reached_time{0.0}; // at the end of the last call
     py::ssize_t columns = 0;               // number of columns of the tangents
+    double forward = 1.0;                  // -1: back in time
 
+  public:
+    static constexpr const char *under_way =
+        "this run is under way: another thread leads it, or a call that has not yet returned";
     // Lock of a run: one thread at a time may use the run, and its own progress function may not.
     struct turn {
         std::atomic<bool> &busy;
-        explicit turn(std::atomic<bool> &flag) : busy(flag)
+        const bool is_mine;
+        turn(run &one, bool must) : busy(one.busy), is_mine(!busy.exchange(true))
         {
-            if (busy.exchange(true))
-                throw std::runtime_error(
-                    "this run is under way: another thread leads it, or a call that has not yet "
-                    "returned");
+            if (must && !is_mine) throw std::runtime_error(under_way);
         }
-        ~turn() { busy = false; }
+        turn(const turn &) = delete;
+        turn &operator=(const turn &) = delete;
+        ~turn()
+        {
+            if (is_mine) busy = false;
+        }
     };
 
-  public:
+    py::object led_by; // the request with which the run was started, or None
+
     kr_status start(kr_scene scene, const steering &how, bool back, const origin &begin)
     {
         const double step = led(how.step, back);
         const kr_config config = {step,      how.tol,    how.max_steps,     watch::poll,
                                   &watching, how.digits, how.leave_heading, how.tangents};
         columns = py::ssize_t(kr_tangent_columns(how.tangents));
+        forward = back ? -1.0 : 1.0;
         kr_top *raw = nullptr;
         scene.start.t = begin.t;
-        const kr_status status = kr_top_create(&scene, method_of(how.method), config, &raw);
+        const kr_status status = kr_top_create(&scene, how.method, config, &raw);
         top.reset(raw);
         watching.top = raw;
         reached_time = begin.t;
@@ -72,7 +90,7 @@ class run
     // Returns the state at the last time reached, and its low words.
     py::tuple state()
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         return py::make_tuple(array_of(kr_top_state(top.get())), array_of(kr_top_low(top.get())));
     }
     kr_status look_for(const py::list &events)
@@ -82,14 +100,23 @@ class run
     }
     py::tuple record(const given_times &t, bool low_too, const py::object &progress)
     {
-        const turn mine(busy);
-        const py::ssize_t n = py::ssize_t(t.size());
-        doubles out({n, py::ssize_t(8)});
+        const turn mine(*this, true);
+        return result_of(record_states(t, low_too, progress));
+    }
+    // Returns a result of `record_states` as Python reads it.
+    py::tuple result_of(const recorded &result) const
+    {
+        return py::make_tuple(name_of(result.status), result.states, result.low,
+                              counts(kr_top_stats(top.get())), watching.end);
+    }
+    recorded record_states(const given_times &t, bool low_too, const py::object &progress)
+    {
+        doubles out = new_states(t.size());
         py::object low = py::none();
         auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
         kr_state *rest = nullptr;
         if (low_too) {
-            doubles rows({n, py::ssize_t(8)});
+            doubles rows = new_states(t.size());
             rest = reinterpret_cast<kr_state *>(rows.mutable_data());
             low = rows;
         }
@@ -106,13 +133,21 @@ class run
             out = reached(out, done + more);
             if (rest) low = reached(low, done + more);
         }
-        return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
+        return {status, out, low};
+    }
+    // Makes `t` the times of a call after the time reached, if they need no further validation.
+    // Returns false otherwise.
+    bool follow_on(given_times &t, double most) const
+    {
+        const double now = reached_time;
+        t.begin_at(now);
+        return t.size() > 0 && t.are_below(most) && t.lead_from(forward * now, forward);
     }
     // Records states with their tangents, the low words, and the largest last term of the series:
     // (states, tangents, low words, rest). Up to 16 digits the low words of tangents are zero.
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         const py::ssize_t n = t.size(), wide = 6 * columns;
         doubles out({n, py::ssize_t(8)}), carried({n, wide}), rest = zeros(n, wide), low;
         if (low_too) low = doubles({n, py::ssize_t(8)});
@@ -137,7 +172,7 @@ class run
     // direction).
     py::tuple record_events(const doubles &t, const py::object &progress)
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         journal path, met;
         const double *times = t.data();
         const auto n = size_t(t.size());
@@ -153,14 +188,14 @@ class run
     }
     py::bytes save()
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         std::string memory(kr_top_save_size(top.get()), '\0');
         kr_top_save(top.get(), memory.size(), &memory[0]);
         return memory;
     }
     const char *load(const std::string &memory, const std::vector<int64_t> &found)
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         if (found.size() != wanted.found.size()) return name_of(KR_ERR_CHECKPOINT);
         const kr_status status = kr_top_load(top.get(), memory.size(), memory.data());
         if (status == KR_OK) wanted.found = found;
@@ -175,9 +210,19 @@ class run
         return py::make_tuple(name, order);
     }
     double time() const { return reached_time; }
+    kr_state present() const { return kr_top_state(top.get()); }
+    // Restarts the motion with another scene at the present time. On failure nothing changes.
+    kr_status restart(kr_scene scene)
+    {
+        scene.start.t = reached_time;
+        const kr_status status = kr_top_set_scene(top.get(), &scene);
+        if (status == KR_OK) has_ended = false;
+        return status;
+    }
+    kr_stats stats() const { return kr_top_stats(top.get()); }
     std::vector<int64_t> found()
     {
-        const turn mine(busy);
+        const turn mine(*this, true);
         return wanted.found;
     }
     bool ended() const { return has_ended; }
@@ -215,7 +260,7 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
                        const py::object &low)
 {
     auto made = std::make_unique<run>();
-    const steering how = {method, step, tol, digits, max_steps, leave_heading, tangents};
+    const steering how = {method_of(method), step, tol, digits, max_steps, leave_heading, tangents};
     kr_status status = made->start(scene, how, back, {begin, low});
     if (status == KR_OK && !events.empty()) status = made->look_for(events);
     return py::make_tuple(name_of(status),
@@ -231,11 +276,11 @@ static py::object record(const kr_scene &scene, const std::string &method, doubl
 {
     given_times times;
     if (!times.take(t)) return py::none();
-    times.begin_at_start();
+    times.begin_at(0.0);
     if (py::ssize_t(times.size()) > limit || !times.are_below(most) || !times.lead_away())
         return py::none();
     run once;
-    const steering how = {method, step, tol, digits, max_steps, leave_heading, 0};
+    const steering how = {method_of(method), step, tol, digits, max_steps, leave_heading, 0};
     const kr_status status = once.start(scene, how, times.end() < 0.0, {begin, low});
     if (status == KR_OK) return once.record(times, digits > 16, progress);
     doubles begun({py::ssize_t(1), py::ssize_t(8)});
@@ -244,11 +289,222 @@ static py::object record(const kr_scene &scene, const std::string &method, doubl
     return py::make_tuple(name_of(status), begun, py::none(), counts(kr_stats()), times.end());
 }
 
+// A validated request, with which kreisel.solve takes a single call.
+class request
+{
+    steering how;
+    double most;       // times that are certainly not too late are below this one
+    py::ssize_t limit; // the largest number of states
+    py::object options;
+    path_maker paths;
+    scene_maker scenes;
+    py::object closed; // for 'auto': the request of the closed form, else None
+    py::object decide; // None, or a function that prefers the closed form of a top on a torus
+
+    // Returns the request that 'auto' means for a scene, and itself without 'auto'.
+    const request &chosen(const py::handle &scene, const kr_scene &block, const py::handle &t) const
+    {
+        if (closed.is_none()) return *this;
+        const kr_kind kind = kr_body_kind(&block.body, KR_KIND_RTOL);
+        const auto &other = instance_of<request>(closed.ptr());
+        if (block.gravity != 0.0 &&
+            (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN)) {
+            const bool prefers = !decide.is_none() && t && decide(scene, t).cast<bool>();
+            return prefers ? other : *this;
+        }
+        return kr_method_suits(other.how.method, &block) ? other : *this;
+    }
+    // Reads a momentum and, unless it is None, an attitude. Returns false if they are not numbers.
+    static bool read_start(const py::handle &momentum, const py::handle &attitude, kr_state &start)
+    {
+        double m[3], q[4];
+        if (!numbers_of(momentum, m)) return false;
+        start.m = {m[0], m[1], m[2]};
+        if (attitude.is_none()) return true;
+        if (!numbers_of(attitude, q)) return false;
+        start.q = {q[0], q[1], q[2], q[3]};
+        return true;
+    }
+    // Updates the time of a kreisel.Run after its motion was advanced.
+    void arrive(const py::handle &motion, const py::handle &owner, const run &moving) const
+    {
+        // Another thread may have changed the run at the same moment.
+        if (!get(owner, paths.name.motion).is(motion)) throw std::runtime_error(run::under_way);
+        set(owner, paths.name.t, py::float_(moving.time()));
+        set(owner, paths.name.is_fresh, py::bool_(false));
+    }
+    py::object record(const py::handle &scene, const kr_scene &block, const py::handle &t,
+                      const py::object &progress) const
+    {
+        given_times times;
+        if (!times.take(t)) return py::none();
+        times.begin_at(0.0);
+        const double horizon = get(scene, paths.name.horizon).cast<double>();
+        if (py::ssize_t(times.size()) > limit || !times.are_below(std::min(most, horizon)) ||
+            !times.lead_away())
+            return py::none();
+        run once;
+        const bool back = times.end() < 0.0;
+        if (once.start(block, how, back, {0.0, py::none()}) != KR_OK) return py::none();
+        const recorded result = once.record_states(times, how.digits > 16, progress);
+        if (result.status != KR_OK || !paths.knows_columns())
+            return py::make_tuple(options, once.result_of(result));
+        const auto stats = paths.stats_of(once.stats());
+        auto path = paths.make(scene, result.states, result.low, stats, back && how.step > 0.0);
+        if (!progress.is_none() && times.size() > 0) progress(times.end());
+        return path;
+    }
+
+  public:
+    request(const path_maker &paths, const scene_maker &scenes, py::object options,
+            const steering &how, double most, py::ssize_t limit, py::object closed,
+            py::object decide)
+        : how(how), most(most), limit(limit), options(std::move(options)), paths(paths),
+          scenes(scenes), closed(std::move(closed)), decide(std::move(decide))
+    {
+    }
+    // Starts a run. Returns the name of the status and the run, or None if the core rejects it.
+    py::tuple start(const py::object &self, const kr_scene &block, bool back, double begin,
+                    const py::object &low) const
+    {
+        auto made = std::make_unique<run>();
+        const kr_status status = made->start(block, how, back, {begin, low});
+        if (status != KR_OK) return py::make_tuple(name_of(status), py::none());
+        made->led_by = self;
+        return py::make_tuple(name_of(status), py::cast(std::move(made)));
+    }
+    // Advances a kreisel.Run, whose motion is `moving`, and returns its path at the times as given.
+    // Returns None if the arguments need validation, and the result of the core if the run failed.
+    py::object advance(const py::handle &motion, const py::handle &owner, const py::handle &t,
+                       const py::object &progress) const
+    {
+        auto &moving = instance_of<run>(motion.ptr());
+        const run::turn mine(moving, false);
+        given_times times;
+        if (!mine.is_mine || moving.ended() || !paths.knows_columns() || !times.take(t))
+            return py::none();
+        const py::object scene = get(owner, paths.name.scene);
+        const double horizon = get(scene, paths.name.horizon).cast<double>();
+        if (!moving.follow_on(times, std::min(most, horizon)) || py::ssize_t(times.size()) > limit)
+            return py::none();
+        try {
+            const recorded result = moving.record_states(times, how.digits > 16, progress);
+            arrive(motion, owner, moving);
+            if (result.status != KR_OK) return moving.result_of(result);
+            const py::object stats = paths.stats_of(moving.stats());
+            set(owner, paths.name.stats, stats);
+            const bool is_back = times.end() < 0.0 && how.step > 0.0;
+            auto path = paths.make(scene, result.states, result.low, stats, is_back);
+            set(path, paths.name.origin, get(owner, paths.name.origin));
+            return path;
+        } catch (py::error_already_set &) {
+            arrive(motion, owner, moving);
+            throw;
+        }
+    }
+    // Restarts a kreisel.Run at the present time with another momentum and, unless it is None,
+    // another attitude. Returns false, and changes nothing, if the arguments need validation.
+    bool reset(const py::handle &motion, const py::handle &owner, const py::handle &momentum,
+               const py::handle &attitude) const
+    {
+        auto &moving = instance_of<run>(motion.ptr());
+        const run::turn mine(moving, false);
+        const py::object scene = get(owner, paths.name.scene);
+        // Other runs need the low words of the state, or lack the heading.
+        if (!mine.is_mine || how.digits > 16 || how.leave_heading || !scenes.makes(scene))
+            return false;
+        if (!get(owner, paths.name.motion).is(motion)) return false;
+        kr_scene next = get(scene, paths.name.block).cast<kr_scene>();
+        next.start = moving.present();
+        next.start.t = 0.0;
+        if (!read_start(momentum, attitude, next.start) || kr_scene_check(&next) != KR_OK)
+            return false;
+        const double now = moving.time();
+        if (!(std::fabs(now) < std::min(most, 0.5 * kr_scene_horizon(&next)))) return false;
+        const py::object begun = py::type::of(get(owner, paths.name.origin));
+        const py::object made = scenes.make(scene, next), stats = paths.stats_of(kr_stats()),
+                         origin = instantiate_tuple(begun, py::float_(now), py::none());
+        if (moving.restart(next) != KR_OK) return false;
+        set(owner, paths.name.scene, made);
+        set(owner, paths.name.stats, stats);
+        set(owner, paths.name.origin, origin);
+        set(owner, paths.name.is_fresh, py::bool_(true));
+        return true;
+    }
+    // Returns the path of a scene at the times as given. Returns None if the arguments need
+    // validation or the method does not apply. Returns the options and the result of the core if
+    // the run failed, or if the core does not know all wanted quantities.
+    py::object solve(const py::handle &scene, const py::handle &t, const py::object &progress) const
+    {
+        const auto block = get(scene, paths.name.block).cast<kr_scene>();
+        return chosen(scene, block, t).record(scene, block, t, progress);
+    }
+};
+static std::unique_ptr<request> make_request(const py::tuple &classes, const py::object &options,
+                                             const py::object &stored, const py::tuple &core,
+                                             const py::object &want, double most, py::ssize_t limit,
+                                             const py::object &closed, const py::object &decide)
+{
+    const auto method = core[0].cast<std::string>();
+    const steering how = {method_of(method),
+                          core[1].cast<double>(),
+                          core[2].cast<double>(),
+                          core[3].cast<int>(),
+                          core[4].cast<int64_t>(),
+                          core[5].cast<bool>(),
+                          0};
+    return std::make_unique<request>(path_maker(classes[0], classes[1], stored, want),
+                                     scene_maker(classes[2]), options, how, most, limit, closed,
+                                     decide);
+}
+// Returns the times of a list, a tuple or an array as an array of doubles. Returns None if Python
+// must validate them: if they are not plain numbers, not finite or not leading away from 0.
+static py::object plain_times(const py::object &t)
+{
+    given_times times;
+    if (!times.take(t) || times.is_number || !times.lead_away() ||
+        !times.are_below(std::numeric_limits<double>::infinity()))
+        return py::none();
+    return py::array_t<double>(py::ssize_t(times.size()), times.data());
+}
+static PyObject *solve(PyObject *self, PyObject *const *given, Py_ssize_t n)
+{
+    return guarded([&] {
+        if (n != 3) throw py::type_error("solve takes a scene, times and progress");
+        return instance_of<request>(self).solve(given[0], given[1],
+                                                py::reinterpret_borrow<py::object>(given[2]));
+    });
+}
+static PyObject *advance(PyObject *self, PyObject *const *given, Py_ssize_t n)
+{
+    return guarded([&]() -> py::object {
+        if (n != 3) throw py::type_error("advance takes a run, times and progress");
+        const auto &led_by = instance_of<run>(self).led_by;
+        if (!led_by) return py::none();
+        return instance_of<request>(led_by.ptr())
+            .advance(self, given[0], given[1], py::reinterpret_borrow<py::object>(given[2]));
+    });
+}
+static PyObject *reset(PyObject *self, PyObject *const *given, Py_ssize_t n)
+{
+    return guarded([&] {
+        if (n != 3) throw py::type_error("reset takes a run, a momentum and an attitude");
+        const auto &led_by = instance_of<run>(self).led_by;
+        return py::bool_(
+            led_by && instance_of<request>(led_by.ptr()).reset(self, given[0], given[1], given[2]));
+    });
+}
+static py::tuple start_request(const py::object &self, const kr_scene &block, bool back,
+                               double begin, const py::object &low)
+{
+    return instance_of<request>(self.ptr()).start(self, block, back, begin, low);
+}
+
 void bind_run(py::module_ &m);
 void bind_run(py::module_ &m)
 {
-    py::class_<run>(m, "Run")
-        .def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
+    py::class_<run> runs(m, "Run");
+    runs.def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
         .def("record_tangents", &run::record_tangents, "t"_a, "low"_a, "progress"_a = py::none())
         .def("record_events", &run::record_events, "t"_a, "progress"_a = py::none())
         .def("state", &run::state)
@@ -258,9 +514,28 @@ void bind_run(py::module_ &m)
         .def_property_readonly("ended", &run::ended)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
+    static PyMethodDef advance_method = fast_method(
+        "advance", advance,
+        "Return the next path of a kreisel.Run. None: the arguments need validation. A tuple: the "
+        "result of the core, from which no path was made.");
+    static PyMethodDef solve_method = fast_method(
+        "solve", solve,
+        "Return the path of a scene at times. None: the arguments need validation. A tuple: the "
+        "options and the result of the core, from which no path was made.");
+    static PyMethodDef reset_method = fast_method(
+        "reset", reset,
+        "Restart a kreisel.Run at the present time. False: the arguments need validation.");
+    add_method(runs, advance_method);
+    add_method(runs, reset_method);
+    py::class_<request> requests(m, "Request");
+    requests.def(py::init(&make_request), "classes"_a, "options"_a, "stored"_a, "core"_a, "want"_a,
+                 "most"_a, "limit"_a, "closed"_a = py::none(), "decide"_a = py::none());
+    requests.def("start", start_request, "scene"_a, "back"_a, "begin"_a, "low"_a);
+    add_method(requests, solve_method);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a = false, "back"_a = false, "events"_a = py::list(), "tangents"_a = 0,
           "begin"_a = 0.0, "low"_a = py::none());
+    m.def("plain_times", plain_times, "t"_a);
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
           "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none(),

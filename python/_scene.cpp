@@ -1,15 +1,6 @@
 // Scenes: one call checks and stores the arguments.
 #include "times.hpp"
 
-// Reads doubles from a tuple or list of numbers, or from an array of doubles. Returns false for
-// anything else.
-template <size_t n> static bool numbers_of(const py::handle &given, double (&to)[n])
-{
-    given_times row;
-    if (!row.take(given) || row.is_number || row.size() != n) return false;
-    std::memcpy(to, row.data(), sizeof to);
-    return true;
-}
 static py::tuple vector_of(const double (&v)[3]) { return py::make_tuple(v[0], v[1], v[2]); }
 // Returns the numbers of a scene as Python stores them, and its block: momentum, attitude, gravity,
 // damping, turning, shaking, friction, block. Returns None if an argument does not consist of plain

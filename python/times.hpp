@@ -1,4 +1,4 @@
-// Times that need no further validation. Python validates all other times and writes the error
+// Times and other numbers that need no further validation. Python validates all other times and writes the error
 // messages.
 #pragma once
 #include <cmath>
@@ -69,11 +69,11 @@ class given_times
         take_own();
         return true;
     }
-    // Inserts the time 0 of the start if the times are given by a single number.
-    void begin_at_start()
+    // Inserts the time `begin` if the times are given by a single number.
+    void begin_at(double begin)
     {
         if (!is_number) return;
-        own.insert(own.begin(), 0.0);
+        own.insert(own.begin(), begin);
         take_own();
     }
     bool are_below(double most) const
@@ -83,10 +83,10 @@ class given_times
         return true;
     }
     // Returns true if all times lie on the same side of 0, in the order of their distances from 0.
-    bool lead_away() const
+    bool lead_away() const { return lead_from(0.0, end() < 0.0 ? -1.0 : 1.0); }
+    // Returns true if the times, multiplied by `sign`, begin at or after `last` and do not decrease.
+    bool lead_from(double last, double sign) const
     {
-        const double sign = end() < 0.0 ? -1.0 : 1.0;
-        double last = 0.0;
         for (size_t i = 0; i < count; last = sign * first[i++])
             if (!(sign * first[i] >= last)) return false;
         return true;
@@ -95,3 +95,12 @@ class given_times
     size_t size() const { return count; }
     double end() const { return count ? first[count - 1] : 0.0; }
 };
+// Reads doubles from a tuple or list of numbers, or from an array of doubles. Returns false for
+// anything else.
+template <size_t n> inline bool numbers_of(const py::handle &given, double (&to)[n])
+{
+    given_times row;
+    if (!row.take(given) || row.is_number || row.size() != n) return false;
+    std::memcpy(to, row.data(), sizeof to);
+    return true;
+}

@@ -1,5 +1,5 @@
 from collections.abc import Callable, Sequence
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -220,6 +220,8 @@ class Run:
     def state(self) -> tuple[_Array, _Array]: ...
     def save(self) -> bytes: ...
     def load(self, memory: bytes, found: list[int]) -> str: ...
+    def advance(self, owner: object, t: object, progress: _Progress, /) -> Any: ...
+    def reset(self, owner: object, momentum: object, attitude: object, /) -> bool: ...
     @property
     def found(self) -> list[int]: ...
     @property
@@ -228,6 +230,24 @@ class Run:
     def kernel(self) -> tuple[str, int]: ...
     @property
     def t(self) -> float: ...
+
+class Request:
+    def __init__(
+        self,
+        classes: tuple[type, type, type],
+        options: object,
+        stored: object,
+        core: tuple[str, float, float, int, int, bool],
+        want: tuple[str, ...] | None,
+        most: float,
+        limit: int,
+        closed: Request | None = ...,
+        decide: Callable[..., bool] | None = ...,
+    ) -> None: ...
+    def start(
+        self, scene: bytes, back: bool, begin: float, low: _Array | None
+    ) -> tuple[str, Run | None]: ...
+    def solve(self, scene: object, t: object, progress: _Progress, /) -> Any: ...
 
 def start(
     scene: bytes,
@@ -243,6 +263,7 @@ def start(
     begin: float = ...,
     low: _Array | None = ...,
 ) -> tuple[str, Run | None]: ...
+def plain_times(t: object) -> _Array | None: ...
 def record(
     scene: bytes,
     method: str,

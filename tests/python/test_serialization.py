@@ -69,7 +69,7 @@ PATHS = {
 def data_without_quantities(value):
     """Return the data of a path or of events, without computed quantities."""
     names = [field.name for field in dataclasses.fields(value)]
-    return {name: vars(value)[name] for name in names if name in vars(value)}
+    return {name: getattr(value, name, None) for name in names}
 
 
 def same(a, b):

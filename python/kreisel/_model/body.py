@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import combinations
 from struct import unpack
 from typing import TYPE_CHECKING, Self
@@ -318,14 +319,14 @@ class Body(BodyConstructors):
         """
         return body_kind(self._block, KIND_RTOL)
 
-    @property
+    @cached_property
     def _near_kind(self) -> str:
         """Text about a kind that the body has only to a tolerance of up to 1e-8, or empty text."""
-        near = KIND_RTOL
+        near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0
             kind = body_kind(self._block, near)
-            if kind != self.kind:
+            if kind != own:
                 return f"{kind!r} only up to {near:.1g} relative"
         return ""
 

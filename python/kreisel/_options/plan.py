@@ -132,10 +132,8 @@ def make_plan(
     `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. They are None
     for runs and ensembles.
     """
-    kernel, order = "", options.method.order
-    if options.method.suits(scene):
-        _, top = start(scene._block, *options.core)
-        kernel, order = top.kernel if top else (kernel, order)
+    _, top = start(scene._block, *options.core)
+    kernel, order = top.kernel if top else ("", options.method.order)
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_low_words:
         columns += "q_low", "m_low"

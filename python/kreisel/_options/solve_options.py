@@ -49,11 +49,6 @@ class SolveOptions:
         """True if events are requested, which may need quantities that are not in `want`."""
         return self.events is not None
 
-    @cached_property
-    def is_plain(self) -> bool:
-        """True if the core records the states in a single call."""
-        return self.every is None and self.error is None and not (self.has_events or self.tangents)
-
     @property
     def tangent_bits(self) -> int:
         """The sum of the core's bits of the names in `tangents`."""

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from .._core import plain_times
 from .._model.scene import Scene
 from .._utils.validation import Array, Numbers, R, as_finite_array, as_float
 
@@ -88,13 +89,28 @@ def time_chunks(
         return _iterator_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
-        return (times[i : i + size] for i in range(0, times.size, size))
+        return _slice_times(times, size)
     if every is None or step is None:
         raise ValueError(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     return _grid_chunks(end, step, every, size, after, begin)
+
+
+def start_chunks(
+    t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
+) -> tuple[bool, Iterator[Array]]:
+    """Return a flag that is True if `t` leads back in time, and the times as in `time_chunks`."""
+    times = plain_times(t) if every is None else None
+    if times is None:
+        is_back, t = parse_direction(t)
+        return is_back, time_chunks(t, step, every, size, None)
+    return times.size > 0 and bool(times[-1] < 0.0), _slice_times(times, size)
+
+
+def _slice_times(times: Array, size: int) -> Iterator[Array]:
+    return (times[i : i + size] for i in range(0, times.size, size))
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:

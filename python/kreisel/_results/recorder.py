@@ -11,14 +11,13 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from .._core import record
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
 from .core_calls import record_states
-from .path import Events, Path, Stats, path_or_raise
+from .path import Events, Path, path_or_raise
 from .state_quantities import NO_STATES
 
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
@@ -30,21 +29,6 @@ def record_path(
     """Return the path of a scene at validated times."""
     result = record_states(scene, options, times, progress)
     return report_end(path_or_raise(scene, options, result), progress)
-
-
-def record_path_fast(
-    scene: Scene, options: SolveOptions, t: object, progress: Progress | None
-) -> Path | None:
-    """Return the path at the times `t` as given, or None if `t` must be validated in Python."""
-    horizon = min(scene._safe_horizon, options.safe_horizon)
-    result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
-    if result is None:
-        return None
-    status, states, low, counts, end = result
-    if status != "OK" or options.want is not None or progress is not None:
-        return report_end(path_or_raise(scene, options, result), progress)
-    is_back = end < 0.0 and options.step is not None
-    return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:

@@ -37,7 +37,7 @@ from .._options.times import (
     time_array,
     time_chunks,
 )
-from .._results.core_calls import ORIGIN, Origin
+from .._results.core_calls import ORIGIN, CoreResult, Origin
 from .._results.path import (
     Path,
     Stats,
@@ -47,6 +47,7 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
+from .._results.requests import request_of
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -141,6 +142,10 @@ class Run:
         returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
         kreisel.solve; the run then stays at its last valid state.
         """
+        if every is None and progress is None:
+            path = self._advance_fast(t)
+            if path is not None:
+                return path
         times = self._times(t, every)
         if times.size:
             self._check(times)
@@ -150,6 +155,17 @@ class Run:
                 "path.end goes on from there"
             )
         return self._advance(times, parse_progress(progress))
+
+    def _advance_fast(self, t: object, progress: Progress | None = None) -> Path | None:
+        """Advance the run in a single call, or return None if `t` needs further validation."""
+        path: Path | CoreResult | None = self._top.advance(self, t, progress)
+        if not isinstance(path, tuple):
+            return path
+        status, *_, end = result = path
+        made = make_path(self.scene, self._options, result, self._origin)
+        part = drop_unwanted(made, self.want, end)
+        self.__dict__["stats"] = part.stats
+        raise stop_exception(status, part, progress_text(part, end))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run to validated times, and return the path with these times."""
@@ -184,6 +200,10 @@ class Run:
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
+            path = self._advance_fast(chunk, progress)
+            if path is not None:
+                yield path
+                continue
             self._check(chunk)
             status, path = self._record(chunk, progress)
             path = drop_unwanted(path, self.want, float(chunk[-1]))
@@ -268,6 +288,9 @@ class Run:
         that do not depend on the heading, and the new state depends on the present heading: then
         give an attitude and a momentum, or only body_momentum or body_velocity.
         """
+        is_common = velocity is None and body_momentum is None and body_velocity is None
+        if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
+            return
         given = _select_given(
             momentum=momentum,
             attitude=attitude,
@@ -410,9 +433,13 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
 
     Raises the exception of stop_exception if the core rejects the scene.
     """
-    refuse_kinetic(scene, options.events or ())
-    events = to_core_events(options.events or ())
-    status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
+    request = request_of(options)
+    if request is not None:
+        status, motion = request.start(scene._block, back, *origin)
+    else:
+        refuse_kinetic(scene, options.events or ())
+        events = to_core_events(options.events or ())
+        status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
     if motion is not None:
         return motion
     state = scene._start.copy()

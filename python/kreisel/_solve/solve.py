@@ -12,7 +12,8 @@ from .._options.solve_options import Progress, SolveOptions, parse_options, pars
 from .._options.times import check_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
-from .._results.recorder import record_path, record_path_fast
+from .._results.recorder import record_path
+from .._results.requests import solve_request
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from .keywords import PoolKeywords, SolveKeywords
@@ -133,22 +134,23 @@ def solve(
     ensemble, failures are recorded in paths.status, and paths.check() raises kreisel.Error for the
     first failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
+    is_for_many = threads is not None or executor is not None or out is not None
+    is_special = error is not None or events is not None or tangents is not None or is_for_many
+    is_checked = is_special or every is not None or not (progress is None or callable(progress))
+    if isinstance(scene, Scene) and not is_checked:
+        path = solve_request(scene, t, method, step, tol, digits, max_steps, want, progress)
+        if path is not None:
+            return path
     if isinstance(scene, Ensemble):
         controls = step, tol, digits, every, max_steps, error, want, events
         arguments = SolveArguments(*controls, tangents=tangents)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
-    is_for_many = threads is not None or executor is not None or out is not None
-    is_special = error is not None or events is not None or tangents is not None
-    if is_special or is_for_many or method == GEOMETRIC:
+    if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
         special = error, events, tangents, others
         options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
     else:
         options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
-    if options.is_plain and (progress is None or callable(progress)):
-        path = record_path_fast(scene, options, t, progress)
-        if path is not None:
-            return path
     return _solve_checked(scene, options, t, parse_progress(progress))
 
 

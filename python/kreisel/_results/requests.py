@@ -1,0 +1,97 @@
+"""Validated requests of kreisel.solve, with which the core records a path in a single call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+from .._core import Request
+from .._model.scene import Scene
+from .._options.closed_form_choice import prefers_closed_form
+from .._options.methods import EXACT, FALLBACK, get_method, methods
+from .._options.solve_options import Progress, SolveOptions, make_options
+from .core_calls import CoreResult
+from .path import Path, path_or_raise
+from .recorder import report_end
+from .state_quantities import Stats
+
+
+@lru_cache(maxsize=256, typed=True)
+def find_request(
+    method: object,
+    step: object = None,
+    tol: object = None,
+    digits: object = None,
+    max_steps: object = 0,
+    want: object = None,
+) -> Request:
+    """Return the request with these arguments of kreisel.solve, for any scene.
+
+    With 'auto', the request finds the method that suits a scene. Raises TypeError or ValueError for
+    an invalid argument, and TypeError if one of them is not hashable.
+    """
+    controls = step, tol, digits, max_steps, method, want
+    if method != "auto":
+        return _make_request(make_options(get_method(method), *controls))
+    series = make_options(methods[FALLBACK], *controls)
+    if digits is not None:
+        return _make_request(series)
+    closed = _make_request(make_options(methods[EXACT], *controls))
+    is_open = step is tol is None
+    return _make_request(series, closed, prefers_closed_form if is_open else None)
+
+
+def request_of(options: SolveOptions) -> Request | None:
+    """Return the request with these options, or None if a single call cannot satisfy it."""
+    if options.error is not None or options.has_events or options.tangents:
+        return None
+    own = options.step, options.tol, options.digits, options.max_steps
+    return _memoized(options.method.name, *own, options.requested_method, options.want)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _memoized(method: str, *controls: object) -> Request:
+    return _make_request(make_options(methods[method], *controls))
+
+
+def _make_request(
+    options: SolveOptions,
+    closed: Request | None = None,
+    decide: Callable[..., bool] | None = None,
+) -> Request:
+    want, stored = options.want, options.path_options
+    if want is not None:
+        stored = replace(stored, want=want)
+    core, most, limit = options.core, options.safe_horizon, options.chunk_size
+    classes = Path, Stats, Scene
+    return Request(classes, options, stored, core, want, most, limit, closed, decide)
+
+
+def solve_request(
+    scene: Scene,
+    t: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    progress: Progress | None,
+) -> Path | None:
+    """Return the path of a scene, or None if the arguments need further validation.
+
+    Raises the exception of stop_exception if the run fails.
+    """
+    names = tuple(want) if type(want) is list else want
+    if names is not None and type(names) is not tuple:
+        return None  # an iterator, which can be read only once
+    try:
+        request = find_request(method, step, tol, digits, max_steps, names)
+    except (TypeError, ValueError):
+        return None
+    path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)
+    if not isinstance(path, tuple):
+        return path
+    options, result = path
+    return report_end(path_or_raise(scene, options, result), progress)
