@@ -8,7 +8,7 @@ import { DragHandler } from "./drags.js";
 import { listDownloads } from "./downloads.js";
 import { Keyboard } from "./keyboard.js";
 import { decodeScene } from "./links.js";
-import { loadColorScheme } from "./storage.js";
+import { loadText } from "./storage.js";
 import { Readout } from "./readout.js";
 import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
@@ -21,7 +21,7 @@ const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const getElement = (id) => document.getElementById(id);
 const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 const { style } = document.documentElement;
-style.colorScheme = loadColorScheme();
+style.colorScheme = loadText("light or dark");
 
 // Events without an error are notes of the browser, such as ResizeObserver notifications.
 addEventListener("error", ({ message, error }) => {

@@ -1,15 +1,19 @@
 // The state of the viewer: scene, undo, clock. Changes of the computation keep the start and the
 // time. Changes of the motion, such as a drag, make the current state the start.
-import { findKind, computeLimits, makeBody, findMeasure, measures, methods } from "./core.js";
-import { simulation, TICKS, MAX_TOPS } from "./core.js";
-import { setValue, findMeetingTime, getPlaceName } from "./setters.js";
-import { decodeBase64, getMeasureName, completeScene, getRange, listTops } from "./scene.js";
+import { findKind, computeCuboid, computeLimits, makeBody, findMeasure } from "./core.js";
+import { measures, methods, simulation, TICKS, MAX_TOPS } from "./core.js";
+import { describeResult } from "./game.js";
+import { computeContact, fitRevolution } from "./revolution.js";
+import { computeApex, setValue, findMeetingTime, getPlaceName } from "./setters.js";
+import { decodeBase64, getMeasureName, completeScene, findSuitable } from "./scene.js";
+import { getRange, hasFriction, listTops, toQuaternion } from "./scene.js";
 
+const FINE_STEP = 0.02; // with larger steps the time of the end is told as an interval
 const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
 // Steps between two checks of the time. All tops take at least one step.
 const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
 // Places whose change invalidates a path computed elsewhere.
-const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|taken)/;
+const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|rotor|taken)/;
 // Places that leave the motion as it is.
 const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
 // The motion starts again and returns to its time.
@@ -51,9 +55,10 @@ export class PageState {
   // Create all tops of the simulation at t = 0.
   buildTops(fit) {
     const { scene } = this;
-    this.body = makeBody(scene.body);
+    this.body = makeBody(scene.body, scene.rotor);
     this.kind = findKind(this.body);
     this.replaceUnsuitableMethods();
+    this.contact = this.findContact();
     simulation.clear();
     const tops = listTops(scene, this.body).map((top) => ({
       ...top,
@@ -68,14 +73,27 @@ export class PageState {
     this.secondsPassed = this.timePassed = 0;
     this.view.build(this, fit);
   }
-  // Replace methods that do not apply to the body by strang, which always does.
+  // Return the tilt at which the rim meets the floor and the motion ends. Only tops with friction
+  // end so, if they stand on their tip.
+  findContact() {
+    const { scene, body } = this;
+    const revolution = hasFriction(scene) && fitRevolution(computeCuboid(scene.body));
+    const contact = revolution ? computeContact(revolution) : null;
+    const isAbove = (attitude) =>
+      computeApex(body).applyQuaternion(toQuaternion(attitude)).z > Math.cos(contact);
+    const starts = [scene.attitude, ...(scene.second ? [scene.second.slice(0, 4)] : [])];
+    return contact !== null && starts.every(isAbove) ? contact : null;
+  }
+  // Replace methods that do not apply to the top by one that does. taylor gets all digits.
   replaceUnsuitableMethods() {
     const { scene, body } = this;
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`the viewer has no method ${name}`);
-      if (methods.get(name).isSuitable(body, scene.gravity)) return;
-      scene.methods[i] = "strang";
-      this.showMessage(`${name} does not apply to this body: strang is used instead`);
+      if (methods.get(name).isSuitable(body, scene)) return;
+      const other = findSuitable(["strang", "taylor"], scene, body);
+      scene.methods[i] = other;
+      if (other === "taylor") scene.tol = 1e-15;
+      this.showMessage(`${name} does not apply to this top: ${other} is used instead`);
     });
   }
   addTop(top) {
@@ -85,11 +103,11 @@ export class PageState {
     const start = (side === 1 && !track && second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" || role === "reference" ? 1e-15 : scene.tol;
-    top.limits = computeLimits(body, scene.gravity, q, m);
+    top.limits = computeLimits(body, scene, q, m);
     const states = track && new Float64Array(decodeBase64(track.states).buffer);
-    if (track) simulation.addTrack(body, scene.gravity, states, ticks, comparedWith);
-    else
-      simulation.addTop(body, scene.gravity, q, m, methods.get(method), ticks, tol, comparedWith);
+    if (track) simulation.addTrack(body, scene, states, ticks, comparedWith);
+    else simulation.addTop(body, scene, q, m, methods.get(method), ticks, tol, comparedWith);
+    if (this.contact !== null && !track) simulation.setFloor(this.contact);
   }
   // Select the measures that are defined for this body: NaN at the start means undefined.
   selectMeasures() {
@@ -340,16 +358,34 @@ export class PageState {
     if (this.isLate) this.target = this.clock; // the clock runs slower
     const describeFailure = ({ method, step, track }, i) => {
       const why = simulation.getFailure(i);
+      const end = simulation.getEnd(i);
+      if (!Number.isNaN(end)) return this.describeEnd(i, end);
       return why && (track ? `${method} ends` : `${method} ${step} stopped: ${why}`);
     };
     const words = this.tops.map(describeFailure);
     if (words.join() !== this.failures && words.some(Boolean))
-      this.showMessage(words.filter(Boolean).join("; "));
+      this.showMessage([...words, this.judgeEnd()].filter(Boolean).join(". "));
     this.failures = words.join();
     const isOver = target > end && !this.isLate;
     if (isOver) this.showMessage(`The stop time ${stop} is reached`);
     if (isOver || this.tops.every((top, i) => words[i] || top.role === "ghost"))
       this.setRunning(false);
     this.view.draw();
+  }
+  // Return the words for the end of a top, whose rim met the floor at the time `end`.
+  describeEnd(i, end) {
+    const { side, step } = this.tops[i];
+    const first = Math.floor(end / step) * step;
+    const when = step > FINE_STEP
+      ? `between t = ${+first.toFixed(6)} and ${+(first + step).toFixed(6)} s`
+      : `at t = ${end.toFixed(2)} s`;
+    const which = this.tops.length > 1 ? (side ? "Right: the" : "Left: the") : "The";
+    return `${which} rim meets the floor ${when}, where this model ends`;
+  }
+  // Return the result of a game that the first top has ended, or "".
+  judgeEnd() {
+    const [{ step }] = this.tops;
+    const end = simulation.getEnd(0);
+    return Number.isNaN(end) || step > FINE_STEP ? "" : describeResult(this.scene, end);
   }
 }

@@ -3,7 +3,7 @@ import { html, noChange, nothing, render } from "lit-html";
 import { letKeysScroll, getTitle } from "./charts.js";
 import { renderChartPlace, renderAccuracy } from "./accuracy.js";
 import { findMeasure, simulation } from "./core.js";
-import { saveColorScheme } from "./storage.js";
+import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
 import { describeScene, renderExercises } from "./exercises.js";
@@ -211,6 +211,7 @@ export class Panel {
     return [
       this.renderSlider("Speed", "speed"),
       this.renderSlider("Gravity", "gravity"),
+      this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
       html`<div class="pairs">
         ${this.renderPair("Tilt [°]", this.renderNumber("Tilt, degrees", "tilt"))}
         ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,
@@ -240,6 +241,7 @@ export class Panel {
       three("Fixed point, from the centre", "body.pivot"),
       html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
+      this.renderSlider("Rotor", "rotor.2", { min: -20, max: 20 }),
       this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
       html`<p id="body">${kind} top: mass ${formatShort(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,
@@ -281,7 +283,7 @@ export class Panel {
     const { style } = document.documentElement;
     const set = ({ target }) => {
       style.colorScheme = target.value;
-      saveColorScheme(target.value);
+      saveText("light or dark", target.value);
       this.repaint();
     };
     const option = ([value, text]) =>

@@ -84,10 +84,11 @@ function describeLimits({ limits, method }) {
 // Return the precession rate of a fast top, M g l / (I3 w3), beside the mean one. M g l is the
 // torque of the weight at a horizontal axis, I3 w3 the angular momentum about the axis.
 function describeRule({ body, scene }, spin, { precession }) {
-  const { mass, moments, com } = body;
+  const { mass, moments, com, rotor } = body;
   const axis = com.findIndex((x) => x !== 0);
   if (axis < 0 || !scene.gravity) return [];
-  const rule = (mass * scene.gravity * com[axis]) / (moments[axis] * spin);
+  const axial = moments[axis] * spin + rotor[axis] * Math.sign(com[axis]);
+  const rule = (mass * scene.gravity * Math.abs(com[axis])) / axial;
   const percent = 100 * (rule / precession - 1);
   const side = percent < 0 ? "below" : "above";
   const words = `${Math.abs(percent).toFixed(1)} % ${side} the mean precession`;

@@ -38,7 +38,7 @@ export function findMeetingTime(t) {
 const VERTICAL = new Vector3(0, 0, 1);
 // Return the direction from the fixed point to the centre of mass in the frame of description, or
 // the third principal axis if both coincide.
-function computeApex(body) {
+export function computeApex(body) {
   const com = new Vector3(...body.com);
   return com.length() ? com.normalize() : VERTICAL.clone().applyQuaternion(toQuaternion(body.axes));
 }
@@ -98,7 +98,7 @@ const SETTERS = {
   },
   // Set the angular velocity about the apex; keep the rest.
   spin(scene, wanted) {
-    const body = makeBody(scene.body);
+    const body = makeBody(scene.body, scene.rotor);
     const frame = toQuaternion(scene.attitude).multiply(toQuaternion(body.axes)); // principal axes
     const back = frame.clone().conjugate();
     const apex = computeApex(body)
@@ -106,9 +106,22 @@ const SETTERS = {
       .applyQuaternion(back);
     const momentum = new Vector3(...scene.momentum).applyQuaternion(back);
     const moments = new Vector3(...body.moments);
-    const change = checkNumber(wanted, "Spin") - momentum.clone().divide(moments).dot(apex);
+    const rates = momentum.clone().sub(new Vector3(...body.rotor)).divide(moments);
+    const change = checkNumber(wanted, "Spin") - rates.dot(apex);
     momentum.addScaledVector(apex.multiply(moments), change).applyQuaternion(frame);
     scene.momentum = momentum.toArray();
+  },
+  // Set a component of the rotor's momentum; keep the angular velocity of the body.
+  rotor(scene, x, k) {
+    const change = new Vector3().setComponent(k, checkNumber(x, "Rotor") - scene.rotor[k]);
+    const add = (attitude, momentum) => {
+      const turned = change.clone().applyQuaternion(toQuaternion(attitude));
+      return turned.add(new Vector3(...momentum)).toArray();
+    };
+    const { attitude, second } = scene;
+    scene.momentum = add(attitude, scene.momentum);
+    if (second) scene.second.splice(4, 3, ...add(second.slice(0, 4), second.slice(4)));
+    scene.rotor[k] = x;
   },
   // Scale a shape with fixed ratios as a whole.
   "body.half"(scene, x, k) {

@@ -33,6 +33,7 @@ const [WEIGHT, TORQUE] = ["#6b7280", "#b45309"]; // colours
 const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; of a horizontal lever
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
+const NEAR_FLOOR = -0.02; // height of a floor at the tip, which it does not cover
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
@@ -121,7 +122,8 @@ export class View {
     this.page = page;
     this.body = computeCuboid(page.scene.body);
     this.revolution = fitRevolution(this.body);
-    const isRevolution = !!this.revolution && page.scene.show.solid === "top";
+    const isStanding = page.contact !== null; // on a floor that ends the motion
+    const isRevolution = !!this.revolution && (isStanding || page.scene.show.solid === "top");
     this.isRevolution = isRevolution;
     const { half, centre } = this.body;
     this.bodySize = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
@@ -221,6 +223,7 @@ export class View {
   }
   // Return the height of the floor: at the tip, or lower if the body needs room.
   findFloorHeight() {
+    if (this.page.contact !== null) return NEAR_FLOOR;
     if (!this.isRevolution) return FLOOR;
     const limits = this.page.tops.map((top) => top.limits?.greatest ?? Math.PI);
     const findDepth = (angle) => {
@@ -228,7 +231,7 @@ export class View {
       return Math.max(...this.revolution.profile.map(([z, r]) => s * r - c * z));
     };
     const lowest = Math.max(...limits.map(findDepth));
-    return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
+    return Math.max(FLOOR, Math.min(NEAR_FLOOR, -this.zoom * lowest - 0.1));
   }
   makeTop(top, i) {
     const { colour, role, side, track } = top;
