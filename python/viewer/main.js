@@ -14,6 +14,7 @@ import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
+import { drawThumbnails } from "./thumbnails.js";
 import { View } from "./view.js";
 
 // The source of the viewer before any change, for the download.
@@ -156,6 +157,7 @@ function tryToOpen(open) {
     page.showMessage(`This scene cannot be shown: ${error.message}`);
   }
 }
+drawThumbnails();
 tryToOpen(() => page.load(decodeScene(location.hash) || JSON.parse(getElement("scene").textContent) || presets[0]));
 function openLink() {
   const scene = decodeScene(location.hash);

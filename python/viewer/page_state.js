@@ -1,12 +1,11 @@
 // The state of the viewer: scene, undo, clock. Changes of the computation keep the start and the
 // time. Changes of the motion, such as a drag, make the current state the start.
-import { findKind, computeCuboid, computeLimits, makeBody, findMeasure } from "./core.js";
+import { findKind, computeLimits, makeBody, findMeasure } from "./core.js";
 import { measures, methods, simulation, TICKS, MAX_TOPS } from "./core.js";
 import { describeResult } from "./game.js";
-import { computeContact, fitRevolution } from "./revolution.js";
-import { computeApex, setValue, findMeetingTime, getPlaceName } from "./setters.js";
+import { findContact, setValue, findMeetingTime, getPlaceName } from "./setters.js";
 import { decodeBase64, getMeasureName, completeScene, findSuitable } from "./scene.js";
-import { getRange, hasFriction, listTops, toQuaternion } from "./scene.js";
+import { getRange, listTops } from "./scene.js";
 
 const FINE_STEP = 0.02; // with larger steps the time of the end is told as an interval
 const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
@@ -58,7 +57,7 @@ export class PageState {
     this.body = makeBody(scene.body, scene.rotor);
     this.kind = findKind(this.body);
     this.replaceUnsuitableMethods();
-    this.contact = this.findContact();
+    this.contact = findContact(scene, this.body);
     simulation.clear();
     const tops = listTops(scene, this.body).map((top) => ({
       ...top,
@@ -72,17 +71,6 @@ export class PageState {
     Object.assign(this, { clock: 0, target: 0, goal: null, slice: MIN_SLICE, failures: "" });
     this.secondsPassed = this.timePassed = 0;
     this.view.build(this, fit);
-  }
-  // Return the tilt at which the rim meets the floor and the motion ends. Only tops with friction
-  // end so, if they stand on their tip.
-  findContact() {
-    const { scene, body } = this;
-    const revolution = hasFriction(scene) && fitRevolution(computeCuboid(scene.body));
-    const contact = revolution ? computeContact(revolution) : null;
-    const isAbove = (attitude) =>
-      computeApex(body).applyQuaternion(toQuaternion(attitude)).z > Math.cos(contact);
-    const starts = [scene.attitude, ...(scene.second ? [scene.second.slice(0, 4)] : [])];
-    return contact !== null && starts.every(isAbove) ? contact : null;
   }
   // Replace methods that do not apply to the top by one that does. taylor gets all digits.
   replaceUnsuitableMethods() {

@@ -7,6 +7,7 @@ import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
 import { describeScene, renderExercises } from "./exercises.js";
+import { renderThumbnails, showThumbnail } from "./thumbnails.js";
 import { toPython } from "./text_export.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
@@ -32,6 +33,8 @@ const renderSection = (words, content, { open = false, toggle = nothing } = {}) 
   html`<details ?open=${open} @toggle=${toggle}>
     <summary>${words}</summary>${content}</details>`;
 
+const findPresetNumber = (name) => presets.findIndex((preset) => preset.name === name);
+
 // Replace rounding errors by zero.
 const dropRounding = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
 
@@ -51,6 +54,10 @@ export class Panel {
   draw() {
     render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
+    const { name } = this.page.scene;
+    if (this.name === name) return;
+    this.name = name;
+    showThumbnail(findPresetNumber(name));
   }
 
   // Make the event handler of a control, which sets its value at a place of the scene. `back`
@@ -144,15 +151,10 @@ export class Panel {
 
   renderHeader() {
     const { page } = this;
-    const known = presets.findIndex((preset) => preset.name === page.scene.name);
-    const option = ({ name }, i) =>
-      html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
-    const given = html`<option value="-1" .selected=${known < 0}
-      ?hidden=${known >= 0}>${page.scene.name}</option>`;
-    const choosePreset = ({ target }) => this.choosePreset(presets[target.value]);
+    const known = findPresetNumber(page.scene.name);
     return html`<header>
-      <label for="preset">What to look at</label>
-      <select id="preset" @change=${choosePreset}>${presets.map(option)}${given}</select>
+      ${renderThumbnails(known, this.choosePreset)}
+      <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
       <p id="about">${describeScene(page)}</p>
       ${this.renderStart()}
       ${renderExercises(page, this.choosePreset)}

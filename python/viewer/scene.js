@@ -137,7 +137,7 @@ export const getSteps = ({ step, own }, side) =>
 // right, `comparedWith` is the index of the reference. References come last and are hidden or drawn
 // as ghosts. Each method has two colours, for its two steps; readers without red or green cones
 // distinguish red and violet.
-const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
+export const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
 const REFERENCE_METHODS = ["exact", "taylor", "extrap"]; // the first suitable one
 const [NO_REFERENCE, IS_REFERENCE] = [-1, -2];
 export const findSuitable = (names, scene, body) =>

@@ -1,8 +1,9 @@
 // Setters of scene values by place, such as "show.trace". Some places have a rule, and "tilt" and
 // "spin" change the start.
 import { Quaternion, Vector3 } from "three";
-import { makeBody, findMeasure, simulation, TICKS } from "./core.js";
-import { convertToCuboid, toQuaternion, resizeBody, toWxyz } from "./scene.js";
+import { computeCuboid, makeBody, findMeasure, simulation, TICKS } from "./core.js";
+import { computeContact, fitRevolution } from "./revolution.js";
+import { convertToCuboid, hasFriction, toQuaternion, resizeBody, toWxyz } from "./scene.js";
 
 export const getValue = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
 export function setValue(scene, place, x) {
@@ -38,9 +39,19 @@ export function findMeetingTime(t) {
 const VERTICAL = new Vector3(0, 0, 1);
 // Return the direction from the fixed point to the centre of mass in the frame of description, or
 // the third principal axis if both coincide.
-export function computeApex(body) {
+function computeApex(body) {
   const com = new Vector3(...body.com);
   return com.length() ? com.normalize() : VERTICAL.clone().applyQuaternion(toQuaternion(body.axes));
+}
+// Return the tilt at which the rim meets the floor and the motion ends, or null. Only tops with
+// friction end so, if they stand on their tip.
+export function findContact(scene, body) {
+  const revolution = hasFriction(scene) && fitRevolution(computeCuboid(scene.body));
+  const contact = revolution ? computeContact(revolution) : null;
+  const isAbove = (attitude) =>
+    computeApex(body).applyQuaternion(toQuaternion(attitude)).z > Math.cos(contact);
+  const starts = [scene.attitude, ...(scene.second ? [scene.second.slice(0, 4)] : [])];
+  return contact !== null && starts.every(isAbove) ? contact : null;
 }
 function checkNumber(x, name) {
   if (!Number.isFinite(x)) throw new Error(`${name} cannot be empty`);
