@@ -142,6 +142,7 @@ export const simulation = {
   setFloor: (angle) => C.kr_page_set_floor(Math.cos(angle)),
   // Return the time at which the rim of a top met the floor, or NaN.
   getEnd: (i) => C.kr_page_stood(i),
+  hasEnded: (i) => C.kr_page_status(i) !== 0 || !Number.isNaN(C.kr_page_stood(i)),
   addTrack(body, world, states, step, comparedWith) {
     const room = writeDoubles(C.malloc(8 * states.length), states);
     tracks.push(room);

@@ -14,6 +14,7 @@ import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
+import { ShareDialog } from "./share.js";
 import { drawThumbnails } from "./thumbnails.js";
 import { View } from "./view.js";
 
@@ -49,7 +50,8 @@ for (const id of ["hint", "bar"]) footerObserver.observe(getElement(id));
 const drags = new DragHandler(view, page);
 
 const keyboard = new Keyboard(getElement("keys"), { page, view, drags, presets, choosePreset });
-const toolbar = new Toolbar(getElement("bar"), page, drags, keyboard);
+const share = new ShareDialog(getElement("share"), page, view);
+const toolbar = new Toolbar(getElement("bar"), page, drags, keyboard, share);
 
 function choosePreset(preset) {
   if (!preset) return;
@@ -183,6 +185,7 @@ window.kreisel = {
   view,
   drags,
   charts,
+  share,
   simulation,
   presets,
   choosePreset,

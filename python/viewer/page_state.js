@@ -23,7 +23,7 @@ const isDifferent = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 export class PageState {
   undoStack = []; // moments to return to
   redoStack = []; // moments that were undone
-  previousMotion = null; // charts and traces before a push, see `pushTop`
+  previousMotion = null; // traces before a change of the motion, and charts if it went on
   isRunning = false;
   onChange = () => {}; // called after each change
   constructor(view) {
@@ -135,6 +135,7 @@ export class PageState {
   // Begin a change. With `now` the current state becomes the start.
   beginChange({ top, now = true, ...how } = {}) {
     this.recordUndo(how);
+    this.previousMotion = this.clock ? this.captureMotion(now) : null;
     if (!this.clock || !now) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.readLiveState(second && top?.side ? null : top);
@@ -143,31 +144,33 @@ export class PageState {
     Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
     this.markChanged(this.scene);
   }
-  // Change the momentum of a top and run. The charts and traces before the push stay visible.
+  // Change the momentum of a top and run.
   pushTop(top, change) {
-    const before = this.clock ? this.captureMotion() : null;
     this.beginChange({ top });
-    this.previousMotion = before;
     this.editScene(change);
     this.setRunning(true);
   }
-  // Return the current content of charts and traces.
-  captureMotion() {
+  // Return the current traces, and with `goesOn` the current content of the charts.
+  captureMotion(goesOn) {
+    const ways = this.tops.map((_, i) => this.view.getTrace(i));
+    if (!goesOn) return { ways };
     const names = [this.scene.chart, this.scene.integral, "error"];
     const rows = (i, name) => [-1, 0, 1].map((side) => simulation.getRecord(i, name, side));
     const lines = (name) => [name, this.tops.map((_, i) => rows(i, name))];
     return {
       time: simulation.getTimes(),
       lines: Object.fromEntries(names.map(lines)),
-      ways: this.tops.map((_, i) => this.view.getTrace(i)),
+      ways,
       end: this.clock / TICKS,
     };
   }
-  // Drop the motion before a push when the scene is no longer the pushed one.
+  // Drop the motion before a change when the scene is no longer the changed one. A gesture changes
+  // it many times.
   updatePreviousMotion() {
     if (!this.previousMotion) return;
     const kept = Object.entries(this.scene).filter(([key]) => !KEEPS_MOTION.test(key));
     const scene = JSON.stringify(kept);
+    if (this.gesture || this.view.isHeld) this.previousMotion.scene = scene;
     this.previousMotion.scene ??= scene;
     if (this.previousMotion.scene !== scene) this.previousMotion = null;
   }
@@ -359,6 +362,10 @@ export class PageState {
     if (isOver || this.tops.every((top, i) => words[i] || top.role === "ghost"))
       this.setRunning(false);
     this.view.draw();
+  }
+  // Return whether no top can go on.
+  hasEnded() {
+    return this.tops.every((top, i) => top.role === "ghost" || simulation.hasEnded(i));
   }
   // Return the words for the end of a top, whose rim met the floor at the time `end`.
   describeEnd(i, end) {

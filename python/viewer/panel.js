@@ -201,7 +201,7 @@ export class Panel {
         toggle: buildCharts,
       }),
       renderSection("Looks: arrows, trace, rod, view", this.renderLooks()),
-      renderSection("Save and share", [html`<div class="row">${files}</div>`, this.renderPython()]),
+      renderSection("Save", [html`<div class="row">${files}</div>`, this.renderPython()]),
     ];
   }
   renderMotion() {
