@@ -48,11 +48,10 @@ export class ShareDialog {
     Object.assign(this, { place, page, view, isFilming: false });
     this.filmType = FILM_TYPES.find((type) => globalThis.MediaRecorder?.isTypeSupported(type));
   }
-  toggle() {
-    if (this.place.open) return this.place.close();
+  open() {
     shareLink(this.page);
     this.draw();
-    this.place.show();
+    if (!this.place.open) this.place.show();
   }
   draw() {
     const film = this.isFilming ? "Filming …" : `Film of ${this.seconds} seconds`;

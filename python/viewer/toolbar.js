@@ -33,7 +33,7 @@ export class Toolbar {
         renderButton("⌂", "Home view", "Home", () => showHomeView(page.view)),
         renderButton("☞", "Push", "X", togglePush, { pressed: !!drags.isPushing }),
         document.fullscreenEnabled ? renderButton("⤢", "Full screen", "F", toggleFullScreen) : "",
-        renderButton("↗", "Share", "K", () => share.toggle()),
+        renderButton("↗", "Share", "K", () => share.open()),
         renderButton("?", "Keys", "?", () => keyboard.toggleList()),
       ],
       this.place,

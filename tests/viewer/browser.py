@@ -164,5 +164,7 @@ def scene_in_python(given, second=False):
         made = kr.Body(
             body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
         )
+    if any(given["rotor"]):
+        made = made.with_rotor(spin=1, inertia=np.linalg.norm(given["rotor"]), axis=given["rotor"])
     start = given["second"] if second else [*given["attitude"], *given["momentum"]]
-    return kr.Scene(made, start[4:], start[:4], given["gravity"])
+    return kr.Scene(made, start[4:], start[:4], given["gravity"], damping=given["damping"])
