@@ -205,8 +205,7 @@ def test_a_method_that_does_not_suit_is_replaced(page):
     assert read_scene(page)["methods"] == ["strang", "rk4"]
     assert (
         read_choice(page, "Method") == "strang"
-        and "bobenko_suris does not apply to this top: strang is used instead"
-        in read_message(page)
+        and "bobenko_suris does not apply to this top: strang is used instead" in read_message(page)
     )
 
 
