@@ -1,8 +1,12 @@
 /* kreisel: motion of a rigid body that turns about a fixed point under gravity.
  *
- *     dm/dt = mass gravity e3 x a - D w,   dq/dt = w q / 2,   a = q com q*,   m = J w + rotor
+ *     dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
+ *     dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *
- * Frames   Space has the axes e1, e2, e3, with gravity along -e3. The body has the frame of
+ * with the angular velocity w in the space at rest, and the A and r of a shaken support.
+ *
+ * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support turns, these axes
+ *          turn with it, and the space at rest is the frame that does not. The body has the frame of
  *          description, in which the user describes it, and the principal axes of inertia at the
  *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
  *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
@@ -73,7 +77,11 @@ extern "C" {
     X(ERR_OPTION,      INPUT,     "the method does not offer the digits, the tangents or the "    \
                                   "skipped heading that are requested, or not together")          \
     X(ERR_NO_EVENTS,   INPUT,     "the method does not find events; taylor does")                 \
-    X(ERR_ROTOR,       INPUT,     "the method does not apply to this body with a rotor")
+    X(ERR_ROTOR,       INPUT,     "the method does not apply to this body with a rotor")          \
+    X(ERR_TURNING,     INPUT,     "the method does not apply to a support that turns so")         \
+    X(ERR_SHAKING,     INPUT,     "the method does not apply to shaken supports")                 \
+    X(ERR_FRICTION,    INPUT,     "the method does not apply to tops with dry friction")          \
+    X(ERR_STOPPED,     FAILURE,   "many motions lead to a spin of 0 that dry friction has stopped")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -110,18 +118,32 @@ typedef struct kr_body {
 typedef struct kr_state {
     double t;  /* [T] */
     kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
-    kr_vec3 m; /* angular momentum about the fixed point, in space [M L^2 T^-1] */
+    /* Angular momentum about the fixed point [M L^2 T^-1]: that of the motion in the space at rest,
+     * with components along the axes of the support. */
+    kr_vec3 m;
 } kr_state;
+/* The fixed point moves along e3 by amplitude * cos(rate * t + phase) at the time t. */
+typedef struct kr_shaking {
+    /* [L], of either sign; [T^-1], positive unless the amplitude is 0; [rad] */
+    double amplitude, rate, phase;
+} kr_shaking;
 
 typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
-    /* Linear damping, as by air: the torque along each principal axis is -damping * angular
-     * velocity. Not negative; 0 means no damping [M L^2 T^-1]. Strong damping costs no more steps
-     * than the slow motion that remains, unless there are tangents or a rotor, or time runs
-     * backward. */
+    /* Linear damping, as by air that turns with the support: the torque along each principal axis
+     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
+     * [M L^2 T^-1]. Strong damping costs no more steps than the slow motion that remains, unless
+     * there are tangents, a rotor, a moving support or friction, or time runs backward. */
     kr_vec3 damping;
+    /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
+     * except m, are those seen from the support. */
+    kr_vec3 turning;
+    kr_shaking shaking;
+    /* Dry friction: a torque of this constant size about the apex, against the spin [M L^2 T^-2].
+     * It holds a top without spin, as long as a torque of at most this size is needed. */
+    double friction;
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
@@ -230,9 +252,9 @@ enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
  * quantity with KR_QUANTITY_IN_EVENTS has this component. */
 KR_API int kr_component_find(const char *name);
 
-/* Returns the angular velocity [T^-1]. */
+/* Returns the angular velocity relative to the support [T^-1]. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
-/* Returns the torque of gravity [M L^2 T^-2]. */
+/* Returns the torque of gravity, and of the shaking [M L^2 T^-2]. */
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
 /* Returns the apex, a unit vector. */
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
@@ -240,11 +262,13 @@ KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
 KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);
 /* Returns the angle between the apex and e3 [rad]. */
 KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
-/* Returns the kinetic energy [M L^2 T^-2]. */
+/* Returns the kinetic energy relative to the support [M L^2 T^-2]. */
 KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
-/* Returns the potential energy [M L^2 T^-2]. */
+/* Returns the potential energy, with g at the time of the state. On a turning support it includes
+ * the centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
 KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
-/* Returns the sum of kinetic and potential energy [M L^2 T^-2]. */
+/* Returns the sum of kinetic and potential energy. On a turning support this is Jacobi's integral:
+ * the energy in the space at rest minus <turning, m> [M L^2 T^-2]. */
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the vertical momentum <m, e3> [M L^2 T^-1]. */
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
@@ -286,7 +310,10 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
     X(DAMPED,        16384, "damped",         "moves damped tops, too")                           \
     X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
-    X(ROTORS,        65536, "rotors",         "moves bodies with rotors, too")
+    X(ROTORS,        65536, "rotors",         "moves bodies with rotors, too")                    \
+    X(TURNING,      131072, "turning",        "any turning of the support (others: about e3)")    \
+    X(SHAKING,      262144, "shaking",        "moves tops on shaken supports, too")               \
+    X(FRICTION,     524288, "friction",       "moves tops with dry friction, too")
 /* clang-format on */
 enum {
 #define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
@@ -420,9 +447,9 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 /* Tangents: derivatives of the state. Computing them does not change the bits of the state.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
  * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
- * the derivatives with respect to the same 6 numbers at the start. Moments, com and damping are
- * along the principal axes. The derivative with respect to a parameter is taken at fixed initial
- * momentum. */
+ * the derivatives with respect to the same 6 numbers at the start. Moments, com, damping and rotor
+ * are along the principal axes. The derivative with respect to a parameter is taken at fixed
+ * initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -430,12 +457,16 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
     X(COM,      4, 3, "com")                                                                      \
     X(GRAVITY,  8, 1, "gravity")                                                                  \
     X(MASS,    16, 1, "mass")                                                                     \
-    X(DAMPING, 32, 3, "damping")
+    X(DAMPING, 32, 3, "damping")                                                                  \
+    X(ROTOR,   128, 3, "rotor")                                                                   \
+    X(TURNING, 256, 3, "turning")                                                                 \
+    X(SHAKING, 512, 3, "shaking")  /* amplitude, rate, phase */                                   \
+    X(FRICTION, 1024, 1, "friction")
 enum {
 #define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(KR_X_)
 #undef KR_X_
-    KR_TANGENT_COLUMNS_MAX = 17,   /* columns */
+    KR_TANGENT_COLUMNS_MAX = 27,   /* columns */
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */

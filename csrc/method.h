@@ -36,6 +36,9 @@ typedef struct kr_motion {
     /* The user's scene with its last start. Closed forms use this scene, to avoid the rounding
      * errors of a conversion to internal units. */
     const kr_scene *scene;
+    /* The units of time and momentum, in the user's units. taylor converts the turning and shaking
+     * of the support and the friction of the scene. */
+    double time_unit, momentum_unit;
 } kr_motion;
 
 /* The last step of a dense method as a polynomial in tau = (time - begin) * rate, 0 <= tau <=
@@ -50,6 +53,12 @@ typedef struct kr_step_polynomial {
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
     double begin, end; /* times of the step since the start, in internal units */
+    /* If `is_disturbed`, the derivatives at the end of the step, by the forces in this step. Set
+     * for a top with dry friction, or on a support that turns or shakes. */
+    int is_disturbed;
+    double slope_x[8], slope_w[4];
+    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before it stopped. */
+    double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few beyond. There
      * must be zeros before b and after the end of all three arrays. */
     void (*product)(const double *a, const double *b, int order, double *c);
@@ -92,6 +101,10 @@ typedef struct kr_tangent_ops {
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
+
+/* Returns KR_OK if the flags of `method` allow the damping, the friction and the motion of the
+ * support of a scene, else the status that gives the reason. */
+kr_status kr_method_refusal(const struct kr_method *method, const kr_scene *scene);
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;

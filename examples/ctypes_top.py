@@ -21,7 +21,17 @@ Body = structure(
     "Body", mass=c_double, inertia=Vec3, com=Vec3, axes=Quat, rounded=c_double, rotor=Vec3
 )
 State = structure("State", t=c_double, q=Quat, m=Vec3)
-Scene = structure("Scene", body=Body, gravity=c_double, start=State, damping=Vec3)
+Shaking = structure("Shaking", amplitude=c_double, rate=c_double, phase=c_double)
+Scene = structure(
+    "Scene",
+    body=Body,
+    gravity=c_double,
+    start=State,
+    damping=Vec3,
+    turning=Vec3,
+    shaking=Shaking,
+    friction=c_double,
+)
 Config = structure(
     "Config",
     step=c_double,

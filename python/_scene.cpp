@@ -20,8 +20,13 @@ static py::object scene(const kr_body &body, const py::object &momentum, const p
     if (!plain_number(gravity.ptr(), g) || !numbers_of(momentum, m)) return py::none();
     if (!attitude.is_none() && !numbers_of(attitude, q)) return py::none();
     if (!damping.is_none() && !numbers_of(damping, d)) return py::none();
-    const kr_scene s = {
-        body, g, {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}}, {d[0], d[1], d[2]}};
+    const kr_scene s = {body,
+                        g,
+                        {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}},
+                        {d[0], d[1], d[2]},
+                        {0.0, 0.0, 0.0},
+                        {0.0, 0.0, 0.0},
+                        0.0};
     const kr_status status = kr_scene_check(&s);
     if (status != KR_OK) return py::str(name_of(status));
     return py::make_tuple(py::make_tuple(m[0], m[1], m[2]), py::make_tuple(q[0], q[1], q[2], q[3]),

@@ -339,7 +339,8 @@ static py::tuple unsuited(const tops &all, const std::string &name)
     const auto is_like = [&](const kr_scene &scene) {
         return found && scene.gravity == suited.gravity &&
                std::memcmp(&scene.body, &suited.body, sizeof scene.body) == 0 &&
-               std::memcmp(&scene.damping, &suited.damping, sizeof scene.damping) == 0;
+               std::memcmp(&scene.damping, &suited.damping,
+                           sizeof scene - offsetof(kr_scene, damping)) == 0;
     };
     const size_t n = all.size();
     in_pieces(py::ssize_t(n), [&](py::ssize_t begin, py::ssize_t end) {

@@ -116,7 +116,8 @@ class tops
     void fill(size_t begin, size_t end, kr_scene *out) const
     {
         fields.walk(begin, end, [&](size_t, const double *numbers) {
-            std::memcpy(out++, numbers, sizeof *out);
+            *out = kr_scene{};
+            std::memcpy(out++, numbers, offsetof(kr_scene, turning));
         });
     }
     // Returns the index of the first invalid scene and its status; KR_OK if all are valid.
@@ -125,8 +126,8 @@ class tops
         std::pair<size_t, kr_status> found{size(), KR_OK};
         in_pieces(py::ssize_t(size()), [&](py::ssize_t begin, py::ssize_t end) {
             fields.walk(size_t(begin), size_t(end), [&](size_t i, const double *numbers) {
-                kr_scene scene;
-                std::memcpy(&scene, numbers, sizeof scene);
+                kr_scene scene = {};
+                std::memcpy(&scene, numbers, offsetof(kr_scene, turning));
                 const kr_status status =
                     found.second == KR_OK ? kr_scene_check(&scene) : found.second;
                 if (status != found.second) found = {i, status};

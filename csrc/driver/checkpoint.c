@@ -137,13 +137,15 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     return KR_OK;
 }
 
-/* Returns 1 if `one` and `other` have the same body, gravity, damping and config, else 0. */
+/* Returns 1 if `one` and `other` have the same body, gravity, damping, support, friction
+ * and config, else 0. */
 static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
     const kr_scene *scene = &one->scene, *another = &other->scene;
     return memcmp(scene, another, offsetof(kr_scene, start)) == 0 &&
-           memcmp(&scene->damping, &another->damping, sizeof scene->damping) == 0 &&
+           memcmp(&scene->damping, &another->damping,
+                  sizeof *scene - offsetof(kr_scene, damping)) == 0 &&
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }

@@ -1,6 +1,6 @@
 /* The attributes of a method, and a check whether a method applies to a body or scene. */
 #include "method.h"
-#include "model/body.h"
+#include "model/scene.h"
 
 const char *kr_method_name(const kr_method *method) { return method->name; }
 const char *kr_method_text(const kr_method *method) { return method->text; }
@@ -28,10 +28,18 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
         return symmetric && kr_body_is_rotor_axial(body, KR_KIND_RTOL);
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
+kr_status kr_method_refusal(const kr_method *method, const kr_scene *scene)
+{
+    const unsigned flags = method->flags;
+    if (v_largest(scene->damping) > 0.0 && !(flags & KR_METHOD_DAMPED)) return KR_ERR_DAMPING;
+    if (scene->friction > 0.0 && !(flags & KR_METHOD_FRICTION)) return KR_ERR_FRICTION;
+    if (kr_scene_shakes(scene) && !(flags & KR_METHOD_SHAKING)) return KR_ERR_SHAKING;
+    return kr_scene_turns(scene) && !(flags & KR_METHOD_TURNING) ? KR_ERR_TURNING : KR_OK;
+}
 int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || !method->reset || kr_scene_check(scene) != KR_OK) return 0;
-    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED)) return 0;
+    if (kr_method_refusal(method, scene) != KR_OK) return 0;
     if (kr_body_has_rotor(&scene->body) && !(method->flags & KR_METHOD_ROTORS)) return 0;
     return method->suits ? method->suits(scene) : kr_method_applies(method, &scene->body);
 }

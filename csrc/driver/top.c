@@ -60,6 +60,8 @@ static kr_status choose_units(kr_top *top)
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
+    top->main.time_unit = top->time_unit;
+    top->main.momentum_unit = top->momentum_unit;
     if (has_extended_digits(top)) top->method->extended->set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) && v_finite(top->main.rotor)
                ? KR_OK
@@ -210,6 +212,9 @@ static int round_digits(int digits)
 }
 /* Returns the number of doubles in the work of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+#define X(by, bit, columns, name) | (bit)
+enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
+#undef X
 /* Returns KR_OK if the numbers of a config are valid for any method. */
 static kr_status check_numbers(const kr_config *config)
 {
@@ -218,7 +223,7 @@ static kr_status check_numbers(const kr_config *config)
         return KR_ERR_ARGUMENT;
     if (digits < 0 || digits > 30) return KR_ERR_ARGUMENT;
     if (digits > 0 && config->tol > (digits > 20 ? 0x1p-100 : 0.0)) return KR_ERR_ARGUMENT;
-    return config->tangents < 2 * KR_TANGENT_DAMPING ? KR_OK : KR_ERR_ARGUMENT;
+    return config->tangents & ~(uint64_t)ALL_TANGENTS ? KR_ERR_ARGUMENT : KR_OK;
 }
 /* Returns KR_OK if `method` offers all that `config` requests. */
 static kr_status check_options(const kr_method *method, const kr_config *config)
@@ -227,6 +232,7 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     if (config->digits > 0 && !(flags & KR_METHOD_DIGITS)) return KR_ERR_OPTION;
     if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
     if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
+    if (config->tangents & ~(uint64_t)63) return KR_ERR_OPTION;
     if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
     const int is_built =
         (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
@@ -252,8 +258,12 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (status == KR_OK) status = check_options(method, config);
     if (status != KR_OK) return status;
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
-    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED))
-        return KR_ERR_DAMPING;
+    status = kr_method_refusal(method, scene);
+    if (status != KR_OK) return status;
+    /* On a support that turns, the rotation about the vertical changes the motion. */
+    if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
+    if (config->tangents && scene->friction > 0.0) return KR_ERR_OPTION;
+    if (config->tangents && (kr_scene_turns(scene) || kr_scene_shakes(scene))) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }

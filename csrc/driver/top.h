@@ -70,11 +70,11 @@ static inline void kr_event_reset_search(kr_event *event)
  * listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 216)         X(config, 224)         X(axes, 280)             \
-    X(is_turned, 312)      X(time_unit, 320)      X(momentum_unit, 328)  X(forward, 336)          \
-    X(main, 344)           X(side, 616)           X(saved, 888)          X(steps, 1160)           \
-    X(saved_steps, 1168)   X(inspect_at, 1176)    X(before, 1184)        X(before_clock, 1248)    \
-    X(requested, 1256)     X(now, 1264)           X(low, 1328)
+    X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
+    X(is_turned, 368)      X(time_unit, 376)      X(momentum_unit, 384)  X(forward, 392)          \
+    X(main, 400)           X(side, 688)           X(saved, 976)          X(steps, 1264)           \
+    X(saved_steps, 1272)   X(inspect_at, 1280)    X(before, 1288)        X(before_clock, 1352)    \
+    X(requested, 1360)     X(now, 1368)           X(low, 1432)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(skip_heading, 44)     \
@@ -83,7 +83,8 @@ static inline void kr_event_reset_search(kr_event *event)
     X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(rotor, 72)             \
     X(step, 96)            X(tol, 104)            X(clock, 112)          X(stats, 120)            \
     X(work, 152)           X(aux, 160)            X(skip_heading, 168)   X(digits, 172)           \
-    X(lever_low, 176)      X(low, 200)            X(scene, 264)
+    X(lever_low, 176)      X(low, 200)            X(scene, 264)          X(time_unit, 272)        \
+    X(momentum_unit, 280)
 /* clang-format on */
 
 /* Returns the working axes of `top`, and the inertia, com, damping and rotor along these axes. */

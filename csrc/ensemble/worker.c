@@ -3,6 +3,7 @@
  * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
+#include "model/scene.h"
 #include <stdlib.h>
 
 enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
@@ -112,17 +113,24 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
         worker->interrupted = 1;
 }
 
+/* Returns the status of a top that cannot run in a lane. */
+static kr_status find_lane_refusal(const kr_scene *scene)
+{
+    if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
+    if (scene->friction > 0.0) return KR_ERR_FRICTION;
+    if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
+    return kr_scene_turns(scene) ? KR_ERR_TURNING : KR_ERR_ROTOR;
+}
 /* Dispatches a top without a closed form to a lane or to a scalar run. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    const int damped = v_largest(scene->damping) > 0.0,
-              is_in_lane = !damped && !kr_body_has_rotor(&scene->body);
+    const int is_in_lane = !kr_scene_is_disturbed(scene) && !kr_body_has_rotor(&scene->body);
     kr_top *alone = worker->fallback ? worker->fallback : worker->exact_top;
     if (!is_in_lane && kr_worker_has_tangents(worker)) {
         const kr_slot slot = {.top = i, .last = scene->start};
         const kr_stats none = {0};
-        kr_worker_finish_top(worker, &slot, NULL, damped ? KR_ERR_DAMPING : KR_ERR_ROTOR, none);
+        kr_worker_finish_top(worker, &slot, NULL, find_lane_refusal(scene), none);
     } else if (worker->isa && is_in_lane && (!worker->is_section || kr_section_suits_lanes(worker)))
         kr_scheduler_add(worker, i);
     else

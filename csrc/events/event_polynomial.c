@@ -6,6 +6,7 @@
  * All numbers are in the units of the step: powers of two in which every component is at most
  * one. */
 #include "model/quantities.h"
+#include "model/scene.h"
 #include "event_polynomial.h"
 
 /* Number of zeros before the coefficients of a factor, and number of elements for the coefficients
@@ -119,7 +120,7 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
 /* Adds factor * <m, e> for an axis e of space: the series of <e q, q M>, with the momentum M in the
- * body. Valid for damped motions too. */
+ * body. Valid for damped motions and moving supports, too. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -173,7 +174,7 @@ static void add_q(const step_view *v, double factor, int axis, double *c)
 static void add_m(const step_view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
-    if (v_largest(motion->damping) > 0.0) {
+    if (kr_scene_is_disturbed(&v->top->scene)) {
         if (axis == 2)
             add_vertical_momentum(v, factor, c);
         else
@@ -200,9 +201,20 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
+/* Adds factor * the component of the angular velocity relative to the support along the vector
+ * `along`, which is fixed in the body. */
+static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
+{
+    const kr_scene *scene = &v->top->scene;
+    double turning[3];
+    add_of_velocity(v, q_scale(factor, pure_quaternion(along)), c);
+    v_put(turning, v_scale(-factor * v->top->time_unit / v->rate, scene->turning));
+    for (int i = 0; i < 3; i++)
+        if (turning[i] != 0.0) add_turned(v, i, v_scale(turning[i], along), c);
+}
 static void add_body_velocity(const step_view *v, double factor, int axis, double *c)
 {
-    add_of_velocity(v, q_scale(factor, described_axis(v, axis)), c);
+    add_relative_velocity(v, factor, q_vec(described_axis(v, axis)), c);
 }
 static void add_body_momentum(const step_view *v, double factor, int axis, double *c)
 {
@@ -219,7 +231,7 @@ static void add_body_vertical(const step_view *v, double factor, int axis, doubl
 static void add_spin(const step_view *v, double factor, int axis, double *c)
 {
     (void)axis;
-    add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
+    add_relative_velocity(v, factor, v->top->apex, c);
 }
 /* Adds factor * the component with index `number`. The table needs a line for each quantity with
  * KR_QUANTITY_IN_EVENTS. */
@@ -249,11 +261,15 @@ static double component_bound(const kr_top *top, double rate, int number)
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    const kr_vec3 root = v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
+    /* The energy of a top on a moving support is not bounded in this way. */
+    const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
+    const kr_vec3 root =
+        is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
     const kr_component component = kr_component_of(number);
     kr_vec3 most = root, along = top->apex;
     if (number == KR_COMPONENT_ONE) return 1.0;
-    if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A)) + rotor;
+    if (component.quantity == KR_QUANTITY_m)
+        return sqrt((is_moving ? v_largest(A) : least) * v_largest(A)) + rotor;
     if (component.quantity == KR_QUANTITY_body_momentum)
         most = v_times(A, root);
     else if (component.quantity != KR_QUANTITY_body_velocity &&
@@ -318,12 +334,25 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
                                                           : v_times(A, W);
     const kr_vec3 dP = v_cross(P, W), gravity = v_cross(P, lever),
                   torque = v_add(v_add(v_cross(M, W), gravity), drag);
-    const double x[2][8] = {{q.w, q.x, q.y, q.z, 0.0, P.x, P.y, P.z},
-                            {dq.w, dq.x, dq.y, dq.z, 0.0, dP.x, dP.y, dP.z}};
-    const double w[2][4] = {{0.0, W.x, W.y, W.z},
-                            {0.0, torque.x / A.x, torque.y / A.y, torque.z / A.z}};
-    const step_view v = {top, p->rate, e->extremum ? 1 : 0, x, w, NULL};
+    double x[2][8] = {{q.w, q.x, q.y, q.z, 0.0, P.x, P.y, P.z},
+                      {dq.w, dq.x, dq.y, dq.z, 0.0, dP.x, dP.y, dP.z}};
+    double w[2][4] = {{0.0, W.x, W.y, W.z}, {0.0, torque.x / A.x, torque.y / A.y, torque.z / A.z}};
+    if (p->is_disturbed) {
+        memcpy(x[1], p->slope_x, sizeof x[1]);
+        memcpy(w[1], p->slope_w, sizeof w[1]);
+    }
+    const step_view v = {
+        top, p->rate, e->extremum ? 1 : 0, (const double (*)[8])x, (const double (*)[4])w, NULL};
     sum_terms_of_event(&v, e, c);
+}
+/* Returns 1 if the event is a zero of the spin. */
+static int is_stop(const kr_event *e)
+{
+    const kr_term *t = e->terms;
+    if (e->extremum || e->count != 1 || t->factor == 0.0) return 0;
+    const int one = t->first == KR_COMPONENT_ONE ? t->second : t->first;
+    return (t->first == KR_COMPONENT_ONE || t->second == KR_COMPONENT_ONE) &&
+           one != KR_COMPONENT_ONE && kr_component_of(one).quantity == KR_QUANTITY_spin;
 }
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
@@ -333,6 +362,11 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
+    if (p->held != 0.0 && is_stop(e)) {
+        /* The spin of a held top is 0. The sign beyond the zero makes the stop an event. */
+        c[0] = -p->held * term_factor(top, p->rate, e->terms);
+        return 0;
+    }
     sum_terms_of_event(&v, e, c);
     for (int n = 0; n <= p->order; n++) {
         c[n] *= power[n % 2];

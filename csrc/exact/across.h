@@ -128,7 +128,7 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind)
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     return scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind ||
-                   v_largest(scene->damping) > 0.0
+                   kr_scene_is_disturbed(scene)
                ? KR_ERR_METHOD
                : KR_OK;
 }

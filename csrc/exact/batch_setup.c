@@ -139,8 +139,8 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
-    const kr_vec3 damping = scene->damping, m = scene->start.m;
-    if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
+    const kr_vec3 m = scene->start.m;
+    if (kr_scene_is_disturbed(scene)) return 0;
     if (scene->gravity == 0.0 || kr_scene_check_start(scene) != KR_OK) return 0;
     const double most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z));
     int unit;

@@ -223,7 +223,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     if (!isfinite(step)) return KR_ERR_ARGUMENT;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
-                             v_largest(scene->damping) == 0.0))
+                             !kr_scene_is_disturbed(scene)))
         status = KR_ERR_METHOD;
     if (status == KR_OK) status = read_top(scene, KR_KIND_LAGRANGE, &top);
     if (status != KR_OK) return status;

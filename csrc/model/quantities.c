@@ -1,14 +1,17 @@
 /* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the
  * momentum h of the rotor:
- *     T = (M - h) J^-1 (M - h) / 2,   U = mass gravity <com, R* e3 R>
- *     J W' = M x W + mass gravity R* e3 R x com - D W,   W = J^-1 (M - h)
+ *     T = V J V / 2,   U = mass g <com, R* e3 R> - O J O / 2 - <h, O>
+ *     J W' = M x W + mass g R* e3 R x com - D V - friction,   W = J^-1 (M - h)
+ * with the acceleration g by gravity and by the shaking of the support, the angular velocity O =
+ * R* turning R of the support, and the angular velocity V = W - O relative to the support.
  * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
  * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They
  * describe the frame r = q tilt, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
-#include "body.h"
+#include "math/trig.h"
 #include "resummed.h"
+#include "scene.h"
 
 static kr_quat principal_attitude(const kr_scene *scene, const kr_state *s)
 {
@@ -24,6 +27,20 @@ static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, 
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
 }
 
+double kr_acceleration_at(const kr_scene *scene, double t)
+{
+    const kr_shaking *shaking = &scene->shaking;
+    double sine, cosine;
+    if (!kr_scene_shakes(scene)) return scene->gravity;
+    sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
+    return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
+}
+/* Returns the angular velocity of the support along the principal axes with the attitude q. */
+static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
+{
+    return q_turn_back(q, scene->turning);
+}
+
 kr_quat kr_state_q(const kr_scene *scene, const kr_state *s)
 {
     (void)scene;
@@ -37,12 +54,14 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
-    return q_turn(q, divide_by_moments(momentum_without_rotor(scene, s, q), scene->body.inertia));
+    const kr_vec3 w =
+        q_turn(q, divide_by_moments(momentum_without_rotor(scene, s, q), scene->body.inertia));
+    return kr_scene_turns(scene) ? v_sub(w, scene->turning) : w;
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 a = q_turn(principal_attitude(scene, s), scene->body.com);
-    return v_scale(scene->body.mass * scene->gravity, v3(-a.y, a.x, 0.0));
+    return v_scale(scene->body.mass * kr_acceleration_at(scene, s->t), v3(-a.y, a.x, 0.0));
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
@@ -112,13 +131,21 @@ double kr_state_spin_angle(const kr_scene *scene, const kr_state *s)
 
 double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
+    const kr_quat q = principal_attitude(scene, s);
+    kr_vec3 m = momentum_without_rotor(scene, s, q);
+    if (kr_scene_turns(scene))
+        m = v_sub(m, v_times(scene->body.inertia, turning_in_body(scene, q)));
     return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
 {
-    return scene->body.mass * scene->gravity *
-           v_dot(scene->body.com, q_vertical(principal_attitude(scene, s)));
+    const kr_quat q = principal_attitude(scene, s);
+    const double weight = scene->body.mass * kr_acceleration_at(scene, s->t),
+                 of_weight = weight * v_dot(scene->body.com, q_vertical(q));
+    if (!kr_scene_turns(scene)) return of_weight;
+    const kr_vec3 O = turning_in_body(scene, q),
+                  carried = v_axpy(0.5, v_times(scene->body.inertia, O), scene->body.rotor);
+    return of_weight - v_dot(carried, O);
 }
 double kr_state_energy(const kr_scene *scene, const kr_state *s)
 {
@@ -164,15 +191,32 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
+/* Returns the angular acceleration with dry friction, from that without it; `V` is the angular
+ * velocity relative to the support, along the principal axes. */
+static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
+{
+    const kr_vec3 com = scene->body.com,
+                  apex = v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0),
+                  eased = divide_by_moments(apex, scene->body.inertia);
+    const double spin = v_dot(V, apex), most = scene->friction,
+                 needed = -v_dot(gain, apex) / v_dot(apex, eased);
+    /* A spin of a rounding error is that of a top which friction holds, if it can. */
+    const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
+    return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
+}
 kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal_attitude(scene, s);
     const kr_vec3 J = scene->body.inertia, M = q_turn_back(q, s->m),
                   W = divide_by_moments(v_sub(M, scene->body.rotor), J),
-                  pull = v_cross(q_vertical(q), scene->body.com);
-    const kr_vec3 torque = v_sub(v_axpy(scene->body.mass * scene->gravity, pull, v_cross(M, W)),
-                                 v_times(scene->damping, W));
-    return q_turn(scene->body.axes, divide_by_moments(torque, J));
+                  pull = v_cross(q_vertical(q), scene->body.com), O = turning_in_body(scene, q),
+                  V = kr_scene_turns(scene) ? v_sub(W, O) : W;
+    const double weight = scene->body.mass * kr_acceleration_at(scene, s->t);
+    const kr_vec3 torque = v_sub(v_axpy(weight, pull, v_cross(M, W)), v_times(scene->damping, V));
+    kr_vec3 gain = divide_by_moments(torque, J);
+    if (kr_scene_turns(scene)) gain = v_sub(gain, v_cross(O, W));
+    if (scene->friction > 0.0) gain = add_friction(scene, V, gain);
+    return q_turn(scene->body.axes, gain);
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {

@@ -7,6 +7,17 @@ kr_scene kr_scene_default(void)
     kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &s.body);
     return s;
 }
+/* Returns 1 if the numbers of the support's motion and of the friction are valid. */
+static int is_valid_support(const kr_scene *scene)
+{
+    const kr_shaking *shaking = &scene->shaking;
+    if (!v_finite(scene->turning) || !(scene->friction >= 0.0 && scene->friction < INFINITY))
+        return 0;
+    if (!isfinite(shaking->amplitude) || !isfinite(shaking->phase)) return 0;
+    return shaking->rate >= 0.0 && shaking->rate < INFINITY &&
+           isfinite(shaking->amplitude * shaking->rate * shaking->rate) &&
+           (shaking->rate > 0.0 || !kr_scene_shakes(scene));
+}
 kr_status kr_scene_check_start(const kr_scene *scene)
 {
     const kr_state *start = &scene->start;
@@ -15,6 +26,7 @@ kr_status kr_scene_check_start(const kr_scene *scene)
         return KR_ERR_ARGUMENT;
     if (!v_finite(damping) || !(damping.x >= 0.0 && damping.y >= 0.0 && damping.z >= 0.0))
         return KR_ERR_ARGUMENT;
+    if (!is_valid_support(scene)) return KR_ERR_ARGUMENT;
     return fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
 kr_status kr_scene_check(const kr_scene *scene)
@@ -54,12 +66,30 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
                             times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
     return swing;
 }
+/* Returns the largest rate at which the support turns or shakes. */
+static double support_rate(const kr_scene *scene)
+{
+    const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
+    return fmax(v_largest(scene->turning), shaking);
+}
+/* Returns the rate of the top as a pendulum under the strongest acceleration. */
+static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working)
+{
+    const kr_shaking *shaking = &scene->shaking;
+    if (!kr_scene_shakes(scene)) return kr_scene_swing(scene, working);
+    kr_scene strongest = *scene;
+    strongest.gravity =
+        fmax(fabs(scene->gravity), fabs(shaking->amplitude) * shaking->rate * shaking->rate);
+    return kr_scene_swing(&strongest, working);
+}
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const kr_swing swing = kr_scene_swing(scene, working);
+    const kr_swing swing = strongest_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
     int time;
-    const double momentum = fmax(v_largest(scene->start.m), v_largest(scene->body.rotor));
+    const double turning = support_rate(scene) * swing.moment,
+                 momentum =
+                     fmax(fmax(v_largest(scene->start.m), v_largest(scene->body.rotor)), turning);
     if (!kr_swing_time(&swing, momentum, &time)) return KR_ERR_ARGUMENT;
     units->moment = swing.moment;
     units->time = times_power_of_2(1.0, time);
@@ -74,8 +104,11 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),
                   lever = units->lever;
-    return 0x1p53 * units->time /
-           fmax((v_length(m) + v_length(h)) / moment, sqrt(v_length(lever) / moment));
+    const double swing = sqrt(v_length(lever) / moment),
+                 shaking = strongest_swing(scene, working).rate * units->time,
+                 turning = units->time * support_rate(scene),
+                 moved = kr_scene_shakes(scene) ? fmax(shaking, turning) : turning;
+    return 0x1p53 * units->time / fmax((v_length(m) + v_length(h)) / moment, fmax(swing, moved));
 }
 double kr_scene_horizon(const kr_scene *scene)
 {

@@ -24,6 +24,16 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind of the top. Without gravity, a top is a free body wherever its centre of mass
  * is. */
 kr_kind kr_scene_kind(const kr_scene *scene);
+/* Returns 1 if the support turns. */
+static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
+/* Returns 1 if the support is shaken. */
+static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
+/* Returns 1 if the top is damped or has dry friction, or if its support moves. */
+static inline int kr_scene_is_disturbed(const kr_scene *scene)
+{
+    return v_largest(scene->damping) > 0.0 || scene->friction > 0.0 || kr_scene_turns(scene) ||
+           kr_scene_shakes(scene);
+}
 /* Checks a scene like kr_scene_check, but does not check the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 

@@ -167,11 +167,12 @@ INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 
 /* Operations of series.h that quat_simd_dd.h redefines for double-double. duo_lane broadcasts one
  * number of w, duo_scale multiplies by eight exact numbers, duo_span is the difference of two
- * times, and duo_inverse is 1 / n. */
+ * times, copy_number copies one number, and duo_inverse is 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }
 INLINE quad quad_span(const double *from, const double *to) { return quad_splat(*to - *from); }
+INLINE void copy_number(double *to, const double *from) { *to = *from; }
 INLINE duo duo_inverse(int n) { return duo_splat(1.0 / n); }
 INLINE quad quad_inverse(int n) { return quad_splat(1.0 / n); }
 #endif

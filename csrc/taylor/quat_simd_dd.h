@@ -111,6 +111,11 @@ INLINE duo2 duo2_lane(const double *w, int i)
 {
     return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
 }
+INLINE void copy_both_words(double *to, const double *from)
+{
+    *to = *from;
+    *low_of(to) = *low(from);
+}
 INLINE duo2 duo2_scale(const double p[8], duo2 a)
 {
     return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
@@ -142,6 +147,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define duo_hi duo2_hi
 #define duo_lane duo2_lane
 #define duo_scale duo2_scale
+#define copy_number copy_both_words
 #define quad quad2
 #define quad_exact quad2_exact
 #define quad_load quad2_load

@@ -216,12 +216,15 @@ APART void expand_gyrostat(kr_series *s, int from, int order, form what)
     else
         expand_linear_form(s, from, order, WHOLE, GYROSTAT);
 }
+#include "support.h"
 /* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
     if (s->linear != 0.0) {
-        if (s->linear > 1.0)
+        if (s->linear > 2.0)
+            expand_support(s, from, order, what);
+        else if (s->linear > 1.0)
             expand_gyrostat(s, from, order, what);
         else
             expand_damped(s, from, order, what);

@@ -125,8 +125,7 @@ static void scale_series(kr_series s[2], double longer)
         for (int k = 0; k < 4; k++) s[i].end_w[k] /= longer;
     }
 }
-/* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
-static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
+void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate) return;
     scale_series(p->series, rate / p->rate);
@@ -198,14 +197,14 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     int exponent;
     if (!is_near(p->series, slow, noise)) return 0;
     frexp(slow->rate, &exponent);
-    if (slow->rate > 0.0) set_rate(p, motion, ldexp(1.0, exponent));
+    if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
     const int is_found = motion->digits > 16
                              ? deep_expand(p->series, slow, kernel->order, near, 0x1p-96)
                              : plain_expand(p->series, slow, kernel->order, near, 0x1p-48);
     if (is_found)
         end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
     else
-        set_rate(p, motion, before);
+        kr_taylor_set_rate(p, motion, before);
     return is_found;
 }
 /* Sorts the axes by their rates of damping, in ascending order. */
@@ -237,7 +236,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
     }
-    set_rate(p, motion, p->first_rate);
+    kr_taylor_set_rate(p, motion, p->first_rate);
     if (strong) *log2_tol = relative_tolerance(p, strong);
     return 0;
 }

@@ -35,7 +35,7 @@ typedef struct kr_tangent {
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
     double drag_changes, gyrostat;  /* nonzero if F is not zero; nonzero if h is not zero */
     double truncation;              /* largest relative size of a last term so far */
-    double unused[94];
+    double unused[118];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

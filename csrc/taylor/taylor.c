@@ -6,7 +6,9 @@
  * not overflow, and thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
+#include "series_words.h"
 #include "slow.h"
+#include "support_motion.h"
 
 typedef kr_taylor taylor_work;
 
@@ -78,32 +80,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Writes a vector into the lanes of a pure quaternion. */
-static void set_lanes(double lanes[4], kr_vec3 v)
-{
-    lanes[0] = 0.0;
-    v_put(lanes + 1, v);
-}
-/* Writes high and low words of a vector into lanes. */
-static void set_vector_words(double high[4], double low[4], vec_dd v)
-{
-    set_lanes(high, vdd_high(v));
-    set_lanes(low, vdd_low(v));
-}
-/* Divides each component by the moment of inertia about its axis. */
-static vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
-{
-    const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
-    return v;
-}
-/* Multiplies a vector by `rate`, a power of two. */
-static vec_dd scale_by_power(double rate, vec_dd a)
-{
-    const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
-    return v;
-}
 /* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
- * turns W in the body, and than every W that the energy allows. Damping does not raise the energy,
+ * turns W in the body, than the rates of the support, and than every W that the energy allows. Damping does not raise the energy,
  * hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
@@ -114,7 +92,8 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     const double drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z));
     const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor) / least;
     int exponent = 0;
-    frexp(fmax(fmax(drag, carried), sqrt(twice_energy / least)), &exponent);
+    frexp(fmax(fmax(drag, carried), fmax(sqrt(twice_energy / least), kr_support_rate(motion, W))),
+          &exponent);
     return ldexp(1.0, exponent);
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. */
@@ -132,7 +111,10 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const vec_dd c = scale_by_power(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
+    const int is_plain = !kr_support_moves(motion->scene);
+    const vec_dd lever = is_plain ? v_dd(motion->lever, motion->lever_low)
+                                  : kr_support_set_constants(s, motion, rate),
+                 c = scale_by_power(1.0 / (rate * rate), lever);
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
     set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
@@ -141,9 +123,11 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_rotor(s, motion, rate);
+    if (!is_plain) s[0].linear = 3.0;
     const double rates =
         v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
+    if (!is_plain) kr_support_limit_steps(s, motion, rate);
 }
 /* Returns the attitude. Without the heading, returns the shortest of all rotations that take P to
  * the vertical. P has unit length up to the tolerance, so two terms of the series of 1 / |P|
@@ -224,6 +208,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
     reset_to_begin(p->series);
+    if (high->linear > 2.0) kr_support_start(motion);
 }
 static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
@@ -244,7 +229,10 @@ static kr_status taylor_step(kr_motion *motion, double until)
     (void)until;
     /* No step in doubles can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
+    if (s->linear > 2.0) {
+        const kr_status status = kr_support_step(motion, kernel_of_motion(motion));
+        if (status != KR_OK) return status;
+    } else if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
         kernel_of_motion(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
     const kr_status status = !is_series_finite(s)              ? KR_ERR_NOT_FINITE
@@ -319,6 +307,11 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
     piece.product = isa ? isa->product : kr_product_base;
+    if (s->linear > 2.0) {
+        piece.is_disturbed = 1;
+        piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
+        kr_support_slopes(motion, piece.slope_x, piece.slope_w);
+    }
     return piece;
 }
 
@@ -330,7 +323,8 @@ const kr_method kr_method_taylor = {
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
-             KR_METHOD_TANGENTS | KR_METHOD_ROTORS,
+             KR_METHOD_TANGENTS | KR_METHOD_ROTORS | KR_METHOD_TURNING | KR_METHOD_SHAKING |
+             KR_METHOD_FRICTION,
     .work = sizeof(taylor_work) / sizeof(double),
     .reset = taylor_reset,
     .step = taylor_step,

@@ -46,9 +46,16 @@ typedef struct kr_series {
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
     double ahead[4], behind[4];  /* -hz / Ax, hy / Ax; and cyclic permutations */
     double t, end, at;
-    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag, ahead and behind */
+    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag, ahead and behind; 3 support.h */
     double fall;   /* shortest time in which a fall can grow by a factor e */
-    double unused[7];
+    /* Of support.h, at the start of the step: O; the varying part of G, its sine, its rate and the
+     * constant part of G; the acceleration by friction. */
+    double turn[4], sway[4], rub[4];
+    /* The apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction). */
+    double apex[4], yield[4], per_grip;
+    /* Nonzero if the support turns, or shakes; if the top slides, or is held by friction. */
+    double turns, shakes, slides, holds;
+    double unused[6];
 } kr_series;
 
 /* The data of the method for one motion. */
@@ -58,6 +65,10 @@ typedef struct kr_taylor {
     double rate;         /* unit of time of the series = 1 / rate, in units of the motion */
     double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
     double has_tangents; /* nonzero if there are tangents; the slow manifold is then not used */
+    /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
+     * the spin before that, 0 if the top was held from the start. */
+    double sliding, before_hold;
+    double unused[2];
 } kr_taylor;
 
 /* The functions of one order on one instruction set. */
@@ -115,6 +126,8 @@ typedef struct kr_isa {
 extern const kr_tangent_ops kr_taylor_tangents;
 /* Sets all constants of a series for the unit of time 1 / rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
+/* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
+void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
 /* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
  * last. */
 const kr_isa *kr_taylor_isa(int i);

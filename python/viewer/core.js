@@ -1,6 +1,7 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
-// 15, a state 8 (t, q, m), and a scene 27 (body, gravity, start, damping). The file
-// csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity and the damping of a scene.
+// 15, a state 8 (t, q, m), and a scene 34 (body, gravity, start, damping, turning, shaking,
+// friction). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
+// the turning and the friction of a scene.
 import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";
 
@@ -10,8 +11,8 @@ const C = instance.exports;
 C._initialize();
 
 // Fixed addresses for arguments and results: one scene and three small arrays.
-const scratch = C.malloc(8 * 64);
-const [SCENE, FIRST, SECOND, THIRD] = [0, 28, 40, 44].map((offset) => scratch + 8 * offset);
+const scratch = C.malloc(8 * 72);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 36, 48, 52].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const writeDoubles = (pointer, numbers) => (
@@ -20,9 +21,9 @@ const writeDoubles = (pointer, numbers) => (
 );
 const writeBody = ({ mass, moments, com, axes, rotor }) =>
   writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
-function writeScene(body, { gravity, damping }, q, m) {
-  const rest = [gravity, 0, ...q, ...m, damping, damping, damping];
-  writeDoubles(writeBody(body) + 8 * 15, rest);
+function writeScene(body, { gravity, damping, turning, friction }, q, m) {
+  const support = [damping, damping, damping, 0, 0, turning, 0, 0, 0, friction];
+  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));

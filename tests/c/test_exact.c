@@ -10,7 +10,10 @@ static kr_scene top_of(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
     const kr_scene s = {{1.0, {i1, i1, i3}, {0.0, 0.0, fabs(lever)}, {1, 0, 0, 0}, 0, {0, 0, 0}},
                         lever < 0.0 ? -1.0 : 1.0,
                         {0.0, q, m},
-                        {0.0, 0.0, 0.0}};
+                        {0.0, 0.0, 0.0},
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        0.0};
     return s;
 }
 static kr_scene random_top(int number)
@@ -120,7 +123,10 @@ static void test_free_bodies(void)
                        {0, 0, 0}},
                       0.0,
                       {0.0, {1, 0, 0, 0}, {0, 0, 0}},
-                      {0.0, 0.0, 0.0}};
+                      {0.0, 0.0, 0.0},
+                      {0, 0, 0},
+                      {0, 0, 0},
+                      0.0};
         s.start.q = random_quat(), s.start.m = random_vec(3.0);
         if (i % 5 == 0) s.body.com = v3(0, 0, 0), s.gravity = 2.0;
         /* about a principal axis */

@@ -9,7 +9,10 @@ static kr_scene top_of(double lever, kr_quat q, kr_vec3 m)
     const kr_scene s = {{1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, lever}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
                         1.0,
                         {0.0, q, m},
-                        {0, 0, 0}};
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        0.0};
     return s;
 }
 static kr_turning turning_of(const kr_scene *s)

@@ -157,7 +157,10 @@ static void test_smallest_numbers(void)
     kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
                      0.0,
                      {0.0, {1, 0, 0, 0}, {0, 0, 0}},
-                     {0, 0, 0}};
+                     {0, 0, 0},
+                     {0, 0, 0},
+                     {0, 0, 0},
+                     0.0};
     for (int power = -40; power > -1070; power -= 29) {
         kr_scene s = tilted();
         const double little = ldexp(1.0, power);

@@ -197,7 +197,10 @@ static kr_scene loose_scene(void)
         {1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}, 0, {0, 0, 0}},
         random_bits() % 2 ? 1.0 : 0.0,
         {0.0, {1, 0, 0, 0}, random_vec(3.0)},
-        {0.0, 0.0, 0.0}};
+        {0.0, 0.0, 0.0},
+        {0, 0, 0},
+        {0, 0, 0},
+        0.0};
     return s;
 }
 /* With a loose tolerance a step may be accepted although the side motion within it does not reach
@@ -290,7 +293,10 @@ static void test_zero_attitude(void)
     const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
                         1.0,
                         {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}},
-                        {0, 0, 0}};
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        0.0};
     const kr_config config = {.step = 1.3e-3};
     kr_top *top = make(&s, kr_method_find("rk4"), config);
     kr_status status = KR_OK;

@@ -16,7 +16,10 @@ static kr_scene fast_scene(void)
                    {0, 0, 0}},
                   1.0,
                   {0.0, q_exp(v3(tilt, 0.0, 0.0)), {0.0, 0.0, 0.0}},
-                  {0.0, 0.0, 0.0}};
+                  {0.0, 0.0, 0.0},
+                  {0, 0, 0},
+                  {0, 0, 0},
+                  0.0};
     s.start.m = v_axpy(spin, q_axis(s.start.q), random_vec(spin * pow(10.0, uniform(-6.0, 0.0))));
     return s;
 }

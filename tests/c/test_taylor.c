@@ -103,7 +103,10 @@ static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, k
     const kr_scene s = {{mass, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}},
                         g,
                         {0, q_unit(q), q_turn(q_unit(q), body_momentum)},
-                        {0.0, 0.0, 0.0}};
+                        {0.0, 0.0, 0.0},
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        0.0};
     return s;
 }
 static void test_references(void)

@@ -40,7 +40,10 @@ static inline kr_scene asymmetric(void)
         {0.0,
          {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1},
          {0.172, -1.862, 1.46}},
-        {0.0, 0.0, 0.0}};
+        {0.0, 0.0, 0.0},
+        {0, 0, 0},
+        {0, 0, 0},
+        0.0};
     return s;
 }
 /* Returns a body with three different moments, principal axes different from those of description,

@@ -7,8 +7,13 @@
 
 static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
 {
-    const kr_scene s = {
-        {1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}}, gravity, {0.0, q, m}, {0.0, 0.0, 0.0}};
+    const kr_scene s = {{1.0, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}},
+                        gravity,
+                        {0.0, q, m},
+                        {0.0, 0.0, 0.0},
+                        {0, 0, 0},
+                        {0, 0, 0},
+                        0.0};
     return s;
 }
 /* Returns a random top with moments of `ratio`, `ratio` and 1, with the axes in any order, the

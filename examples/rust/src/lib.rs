@@ -42,12 +42,23 @@ pub struct State {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shaking {
+    pub amplitude: f64,
+    pub rate: f64,
+    pub phase: f64,
+}
+
+#[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Scene {
     pub body: Body,
     pub gravity: f64,
     pub start: State,
     pub damping: Vec3,
+    pub turning: Vec3,
+    pub shaking: Shaking,
+    pub friction: f64,
 }
 
 #[repr(C)]

@@ -1,4 +1,4 @@
-use kreisel_example::{Body, Error, Method, Quat, Scene, State, Top, Vec3};
+use kreisel_example::{Body, Error, Method, Quat, Scene, Shaking, State, Top, Vec3};
 
 fn main() -> Result<(), Error> {
     // A disk on a light axle in SI units, tilted by 60 degrees, with 3000 turns a minute.
@@ -26,6 +26,13 @@ fn main() -> Result<(), Error> {
             y: 0.0,
             z: 0.0,
         },
+        turning: Vec3 {
+            x: 0.0,
+            y: 0.0,
+            z: 0.0,
+        },
+        shaking: Shaking::default(),
+        friction: 0.0,
     };
     let mut top = Top::new(&scene, Method::taylor(), 0.0)?;
     let state = top.advance(1.0)?;

@@ -126,7 +126,7 @@ class EnsembleData(Batch[S]):
         for k, scene in enumerate(found):
             at = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
             check_type(f"scenes{at}", scene, cls._one)
-        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 27)
+        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 34)
         columns = {
             "momentum": rows[..., 21:24],
             "attitude": rows[..., 17:21],

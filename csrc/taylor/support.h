@@ -1,0 +1,191 @@
+/* The recurrence for tops with dry friction, or on a support that turns or shakes: the equations of
+ * taylor.h with
+ *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
+ *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
+ * O is the angular velocity of the support, seen from the body, and U that of the body relative to
+ * the support. G = base + sway cos(...) is the acceleration along -e3, relative to that of c; a is
+ * the apex. This source is compiled in doubles and in double-double, like series.h, which includes
+ * it. Lane 0 of W is free. If there is friction, it holds the spin <U, a> of a top that slides, and
+ * of a top that friction holds the needed torque, relative to the largest possible one. */
+
+/* Series that only the expansion needs. In double-double the low words follow, as the loads and
+ * stores of vectors expect them. w holds U. The first four lanes of x hold the varying part of G,
+ * and the others its sine. */
+typedef struct {
+    kr_series words[2];
+} support_series;
+/* The permuted coefficients: of W, U and O, and of P without the heading. */
+typedef struct {
+    turned_vector w, u, o, p;
+} turned_support;
+/* Sums of products, as in series_sums, and those of O x U and of G P. */
+typedef struct {
+    series_sums plain;
+    duo turned, pulled;
+} support_sums;
+
+INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_series *own,
+                             const turned_support *of, int j, int m, form what)
+{
+    const duo x = duo_load(s->x[m]);
+    if (what == HEADLESS) {
+        a->plain.p = duo_fma(of[j].u.ahead, of[m].p.behind, a->plain.p);
+    } else {
+        a->plain.i = duo_fma(duo_lane(own->w[j], 1), x, a->plain.i);
+        a->plain.j = duo_fma(duo_lane(own->w[j], 2), x, a->plain.j);
+        a->plain.k = duo_fma(duo_lane(own->w[j], 3), x, a->plain.k);
+    }
+}
+/* Returns the sums of the products of coefficients j and m over j + m = n. */
+INLINE support_sums support_products(const kr_series *s, const kr_series *own,
+                                     const turned_support *of, int n, form what, int turns,
+                                     int shakes)
+{
+    const duo zero = duo_splat(0.0);
+    const series_sums none = {zero, zero, zero, zero, zero};
+    support_sums a = {none, zero, zero}, b = a;
+    for (int j = n; 2 * j > n; j--) {
+        add_support_term(&a, s, own, of, j, n - j, what);
+        add_support_term(&b, s, own, of, n - j, j, what);
+        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
+    }
+    if (n % 2 == 0) {
+        const duo square = duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind);
+        add_support_term(&a, s, own, of, n / 2, n / 2, what);
+        a.plain.cross = duo_fma(duo_splat(0.5), square, a.plain.cross);
+    }
+    add_chains(&a.plain, &b.plain, what);
+    for (int j = 0; turns && j <= n; j++)
+        a.turned = duo_fma(of[j].u.ahead, of[n - j].o.behind, a.turned);
+    for (int j = 0; shakes && j <= n; j++)
+        a.pulled = duo_fma(duo_lane(own->x[j], 0), duo_load(s->x[n - j]), a.pulled);
+    return a;
+}
+/* Returns coefficient n + 1 of O. */
+INLINE quad turning_rates(duo turned, int n)
+{
+    return quad_fma(quad_inverse(-n), duo_lo(turned), quad_mul(quad_inverse(n), duo_hi(turned)));
+}
+/* Returns the sum of the lanes 1 to 3 of the product of two vectors, in every lane. */
+INLINE quad dot_lanes(kr_series *own, quad a, quad b)
+{
+    quad_store(own->end_w, quad_mul(a, b));
+    const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
+    return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
+}
+/* Writes a number, the same in all lanes, into lane 0 of coefficient n of W. */
+INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
+{
+    quad_store(own->end_w, number);
+    copy_number(s->w[n], own->end_w);
+}
+/* Returns coefficient n + 1 of W of a top that friction holds, from that without friction, such
+ * that <U, a> stays as it is. */
+INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
+{
+    const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
+               lost = quad_mul(minus, dot_lanes(own, gained, quad_load(s->apex)));
+    const quad torque = quad_mul(duo_lo(duo_lane(&s->per_grip, 0)), lost);
+    set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
+    return quad_fma(lost, quad_load(s->yield), w);
+}
+/* Adds the terms of damping, rotor and friction to coefficient n + 1 of W. */
+INLINE quad add_torques(const kr_series *s, const kr_series *own, int n, quad w)
+{
+    const quad last = quad_load(s->w[n]), share = quad_inverse(n + 1);
+    w = quad_fma(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n]), w);
+    w = quad_fma(quad_mul(share, quad_load(s->ahead)), quad_next(last), w);
+    w = quad_fma(quad_mul(share, quad_load(s->behind)), quad_prev(last), w);
+    return n == 0 ? quad_add(w, quad_load(s->rub)) : w;
+}
+/* Stores coefficient n of W, O and U. The spin is stored, too, unless it `is_known`. */
+INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
+                           int is_known)
+{
+    const quad u = quad_fma(quad_splat(-1.0), o, w);
+    set_turned(s->w[n], &of[n].w, w);
+    set_turned(own->w[n], &of[n].u, u);
+    of[n].o.ahead = duo_next_prev(o);
+    of[n].o.behind = duo_prev_next(o);
+    if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
+}
+/* Sets coefficient n + 1 of G, that is, of the sine and the cosine of which it consists. */
+INLINE void next_sway(const kr_series *s, kr_series *own, int n)
+{
+    const quad rate = quad_mul(quad_inverse(n + 1), duo_lo(duo_lane(s->sway, 2))),
+               sine = quad_mul(rate, quad_load(own->x[n] + 4));
+    quad_store(own->x[n + 1] + 4, quad_mul(rate, quad_load(own->x[n])));
+    quad_store(own->x[n + 1], quad_mul(quad_splat(-1.0), sine));
+}
+/* Sets the coefficients n + 1 of all series. Those of (q | P) and W up to `from` are known. */
+INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
+                                     int from, form what, int turns, int shakes)
+{
+    const support_sums a = support_products(s, own, of, n, what, turns, shakes);
+    const quad o = turns ? turning_rates(a.turned, n + 1) : quad_splat(0.0);
+    quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    if (shakes) {
+        p = quad_fma(duo_lo(duo_lane(s->sway, 3)), p, duo_hi(a.pulled));
+        next_sway(s, own, n);
+    }
+    quad w =
+        n < from ? quad_load(s->w[n + 1]) : velocity_rates(&a.plain, s, p, quad_inverse(n + 1));
+    if (n >= from) {
+        w = add_torques(s, own, n, w);
+        if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
+        if (what == HEADLESS)
+            quad_store(s->x[n + 1] + 4, vertical_rates(&a.plain, n + 1));
+        else
+            duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
+    }
+    if (what == HEADLESS) {
+        const quad vertical = quad_load(s->x[n + 1] + 4);
+        of[n + 1].p.ahead = duo_next_prev(vertical);
+        of[n + 1].p.behind = duo_prev_next(vertical);
+    }
+    set_velocities(s, own, of, n + 1, w, o, n < from);
+}
+INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
+{
+    support_series series;
+    kr_series *own = series.words;
+    turned_support of[KR_TAYLOR_MAX + 1];
+    quad_store(own->x[0], duo_lo(duo_lane(s->sway, 0)));
+    quad_store(own->x[0] + 4, duo_lo(duo_lane(s->sway, 1)));
+    if (what == HEADLESS) {
+        const quad vertical = quad_load(s->x[0] + 4);
+        of[0].p.ahead = duo_next_prev(vertical);
+        of[0].p.behind = duo_prev_next(vertical);
+    }
+    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), from > 0);
+    for (int n = 0; n < order; n++)
+        next_support_coefficient(s, own, of, n, from, what, turns, shakes);
+}
+APART void expand_turning(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, WHOLE, 1, 0);
+}
+APART void expand_shaking(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, WHOLE, 0, 1);
+}
+APART void expand_moving(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, WHOLE, 1, 1);
+}
+APART void expand_support_headless(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, HEADLESS, 0, 1);
+}
+/* Computes the coefficients from + 1 to `order` of a top with friction or on a moving support. */
+INLINE void expand_support(kr_series *s, int from, int order, form what)
+{
+    if (what == HEADLESS)
+        expand_support_headless(s, from, order);
+    else if (s->turns == 0.0)
+        expand_shaking(s, from, order);
+    else if (s->shakes == 0.0)
+        expand_turning(s, from, order);
+    else
+        expand_moving(s, from, order);
+}

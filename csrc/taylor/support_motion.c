@@ -1,0 +1,378 @@
+/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps.
+ * A step begins with the position of the support at its time. With friction, the spin of a top that
+ * slides, and the torque that holds a top, are polynomials on the step. If one of them reaches its
+ * limit, the step ends there. The time of the end is found to rounding errors, in double-double for
+ * more than 16 digits. */
+#include <float.h>
+#include <string.h>
+#include "math/dd_functions.h"
+#include "math/trig.h"
+#include "series_words.h"
+#include "slow.h"
+#include "support_motion.h"
+
+/* A spin or a torque below this fraction of its unit counts as zero. */
+#define NEGLIGIBLE_SPIN 0x1p-48
+#define NEGLIGIBLE_SPIN_DEEP 0x1p-92
+/* The interval in which a limit is reached is halved until it has this fraction of the step. */
+#define NARROW_PART 0x1p-30
+
+static kr_taylor *work_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
+/* Returns the angular velocity of the support in the units of the motion. */
+static kr_vec3 turning_of(const kr_motion *motion)
+{
+    return v_scale(motion->time_unit, motion->scene->turning);
+}
+static double shaking_rate(const kr_motion *motion)
+{
+    return kr_scene_shakes(motion->scene) ? motion->time_unit * motion->scene->shaking.rate : 0.0;
+}
+static double friction_of(const kr_motion *motion)
+{
+    return motion->scene->friction / motion->momentum_unit * motion->time_unit;
+}
+/* Returns mass * com * acceleration in the units of the motion. */
+static vec_dd lever_of(const kr_motion *motion, dd acceleration)
+{
+    kr_scene scene = *motion->scene;
+    scene.gravity = acceleration.hi;
+    const kr_pull pull = kr_scene_pull(&scene, scene.body.com);
+    const double moment = motion->momentum_unit * motion->time_unit;
+    const int power = pull.power - ilogb(moment) + 2 * ilogb(motion->time_unit);
+    const dd rest = dd_div(acceleration, dd_of(acceleration.hi)),
+             weight =
+                 dd_scale(ldexp(1.0, power), dd_mul(rest, two_product(pull.gravity, pull.mass)));
+    const vec_dd lever = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
+                          dd_times(pull.com.z, weight)};
+    return lever;
+}
+/* Returns the amplitude of the support's acceleration, in the user's units. */
+static dd shaking_acceleration(const kr_scene *scene)
+{
+    const kr_shaking *shaking = &scene->shaking;
+    return dd_times(shaking->amplitude, two_product(shaking->rate, shaking->rate));
+}
+/* Returns the lever to which G refers. Writes the parts of G: the constant part, and the factor of
+ * the cosine. */
+static vec_dd split_acceleration(const kr_motion *motion, dd *base, dd *sway)
+{
+    const dd gravity = dd_of(motion->scene->gravity), most = shaking_acceleration(motion->scene);
+    *base = dd_of(1.0);
+    *sway = dd_of(0.0);
+    if (!(fabs(most.hi) > 0.0)) return v_dd(motion->lever, motion->lever_low);
+    if (fabs(gravity.hi) >= fabs(most.hi)) {
+        *sway = dd_neg(dd_div(most, gravity));
+        return lever_of(motion, gravity);
+    }
+    *base = dd_div(gravity, most);
+    *sway = dd_of(-1.0);
+    return lever_of(motion, most);
+}
+double kr_support_rate(const kr_motion *motion, kr_vec3 W)
+{
+    const kr_vec3 A = motion->inertia;
+    const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
+    dd base, sway;
+    if (!kr_support_moves(motion->scene)) return 0.0;
+    const vec_dd lever = split_acceleration(motion, &base, &sway);
+    const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
+                 root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
+                 energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
+                          4.0 * pull * (1.0 + fabs(sway.hi));
+    const double rates = fmax(shaking_rate(motion), sqrt(friction_of(motion) / least));
+    return fmax(rates, turning + sqrt(energy / least));
+}
+/* Returns the apex as a unit vector along the principal axes, which are the working axes of
+ * taylor. */
+static vec_dd apex_of(const kr_motion *motion)
+{
+    const kr_vec3 com = motion->scene->body.com, none = {0.0, 0.0, 0.0};
+    const double size = v_largest(com);
+    if (!(size > 0.0)) return v_dd(v3(0.0, 0.0, 1.0), none);
+    const double unit = times_power_of_2(1.0, -exponent_of(size));
+    const vec_dd along = v_dd(v_scale(unit, com), none);
+    return vdd_scale(dd_div(dd_of(1.0), dd_sqrt(vdd_dot(along, along))), along);
+}
+static void put_words(kr_series s[2], double *high, dd a)
+{
+    *high = a.hi;
+    *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
+}
+/* Sets the constants of friction. */
+static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
+    const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
+    const double friction = friction_of(motion) / (rate * rate);
+    set_vector_words(s[0].apex, s[1].apex, apex);
+    set_vector_words(s[0].yield, s[1].yield, vdd_scale(per_ease, eased));
+    put_words(s, &s[0].per_grip, dd_div(per_ease, dd_of(friction)));
+}
+vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate)
+{
+    dd base, sway;
+    const vec_dd lever = split_acceleration(motion, &base, &sway);
+    const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
+    put_words(s, &s[0].sway[2], per_rate);
+    put_words(s, &s[0].sway[3], base);
+    s[0].turns = kr_scene_turns(motion->scene);
+    s[0].shakes = kr_scene_shakes(motion->scene);
+    if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
+    return lever;
+}
+void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const double turning = v_length(turning_of(motion)) / rate,
+                 shaking = shaking_rate(motion) / rate, most = fmax(turning, shaking);
+    if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
+}
+
+/* Returns an angle reduced to at most pi in size. */
+static dd reduce_angle(dd angle)
+{
+    const dd turn = dd_scale(2.0, dd_pi());
+    dd rest = angle;
+    for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
+    return rest;
+}
+/* Sets the varying part of G, and its sine, at the end of the last step. */
+static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const kr_scene *scene = motion->scene;
+    const double unit = motion->time_unit / rate;
+    dd base, sway, sine, cosine;
+    const dd since = dd_add(dd_of(unit * s[0].end), dd_of(unit * s[1].end)),
+             t = dd_add(dd_of(scene->start.t), since),
+             angle = reduce_angle(
+                 dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
+    split_acceleration(motion, &base, &sway);
+    dd_sincos(angle, &sine, &cosine);
+    put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
+    put_words(s, &s[0].sway[1], dd_mul(sway, sine));
+}
+static quat_dd attitude_at_end(const kr_series s[2])
+{
+    const double *x = s[0].end_x, *low = s[1].end_x;
+    return q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low[0], v3(low[1], low[2], low[3])));
+}
+/* Sets the angular velocity of the support, seen from the body, at the end of the last step. */
+static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
+{
+    const quat_dd q = qdd_unit(attitude_at_end(s));
+    const kr_vec3 turning = v_scale(1.0 / rate, turning_of(motion)), none = {0.0, 0.0, 0.0};
+    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(turning, none));
+    set_vector_words(s[0].turn, s[1].turn, seen);
+}
+/* Sets the position of the support at the end of the last step, where the next step begins. */
+static void set_support(kr_taylor *p, const kr_motion *motion)
+{
+    if (p->series->turns != 0.0) set_turn(p->series, motion, p->rate);
+    if (p->series->shakes != 0.0) set_sway(p->series, motion, p->rate);
+}
+
+/* Returns the derivative of W at the end of the last step, without friction. */
+static kr_vec3 free_acceleration(const kr_series *s)
+{
+    const kr_vec3 W = v_of(s->end_w + 1), P = v_of(s->end_x + 5), U = v_sub(W, v_of(s->turn + 1));
+    const double G = s->shakes != 0.0 ? s->sway[3] + s->sway[0] : 1.0;
+    double sum[3];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double w[3] = {W.x, W.y, W.z}, p[3] = {P.x, P.y, P.z}, u[3] = {U.x, U.y, U.z};
+        sum[i] = s->k[i + 1] * w[j] * w[k] + G * (s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) +
+                 s->drag[i + 1] * u[i] + s->ahead[i + 1] * w[j] + s->behind[i + 1] * w[k];
+    }
+    return v_of(sum);
+}
+/* Returns the derivative of the spin at the end of the last step, without friction. */
+static double free_spin_rate(const kr_series *s)
+{
+    const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
+    return v_dot(v_of(s->apex + 1), v_sub(free_acceleration(s), v_cross(O, W)));
+}
+/* Returns the spin at the end of the last step. */
+static dd spin_at_end(const kr_series s[2])
+{
+    const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
+                 O = v_dd(v_of(s[0].turn + 1), v_of(s[1].turn + 1)),
+                 apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1));
+    const vec_dd U = vdd_add(W, vdd_scale(dd_of(-1.0), O));
+    return vdd_dot(U, apex);
+}
+/* Removes the spin at the end of the last step. */
+static void remove_spin(kr_series s[2])
+{
+    const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
+                 yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
+    set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
+}
+/* Lets friction hold a top without spin, or lets the top slide in the direction of the torque if
+ * friction cannot hold it. */
+static void decide_hold(kr_taylor *p)
+{
+    const kr_series *s = p->series;
+    const double rate = free_spin_rate(s), needed = fabs(rate) * s->per_grip;
+    p->sliding = needed <= 1.0 ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+}
+static double negligible_spin(const kr_motion *motion)
+{
+    return motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN;
+}
+void kr_support_start(const kr_motion *motion)
+{
+    kr_taylor *p = work_of(motion);
+    kr_series *s = p->series;
+    p->sliding = p->before_hold = 0.0;
+    set_support(p, motion);
+    if (!(motion->scene->friction > 0.0)) return;
+    const double spin = spin_at_end(s).hi;
+    if (fabs(spin) > negligible_spin(motion)) {
+        p->sliding = spin > 0.0 ? 1.0 : -1.0;
+        return;
+    }
+    remove_spin(s);
+    memcpy(s[0].w[0], s[0].end_w, sizeof s->end_w);
+    memcpy(s[1].w[0], s[1].end_w, sizeof s->end_w);
+    decide_hold(p);
+}
+
+/* Returns the first point in [low, high] at which a polynomial is negative, up to NARROW_PART.
+ * Returns INFINITY if there is none. `b` holds the n + 1 coefficients in Bernstein's basis of the
+ * interval, and is overwritten. */
+static double first_negative(double *b, int n, double low, double high)
+{
+    double left[KR_TAYLOR_MAX + 1], least = b[0];
+    for (int i = 1; i <= n; i++) least = fmin(least, b[i]);
+    if (least >= 0.0) return INFINITY;
+    if (b[0] < 0.0 || high - low <= NARROW_PART) return low;
+    for (int k = 0; k <= n; k++) {
+        left[k] = b[0];
+        for (int i = 0; i < n - k; i++) b[i] = 0.5 * (b[i] + b[i + 1]);
+    }
+    const double middle = 0.5 * (low + high), first = first_negative(left, n, low, middle);
+    return first < INFINITY ? first : first_negative(b, n, middle, high);
+}
+/* Returns the fraction of the step at which constant + sign * (lane 0 of W) first becomes negative;
+ * INFINITY if it does not. */
+static double find_limit(const kr_series *s, int order, double sign, double constant)
+{
+    double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0;
+    for (int i = 0; i <= order; i++) {
+        b[i] = (sign * power * s->w[i][0] + (i == 0 ? constant : 0.0)) / binomial;
+        power *= s->end - s->t;
+        binomial = binomial * (order - i) / (i + 1);
+    }
+    for (int k = 1; k <= order; k++)
+        for (int i = order; i >= k; i--) b[i] += b[i - 1];
+    return first_negative(b, order, 0.0, 1.0);
+}
+/* Returns the time since the start of the step at which lane 0 of W equals `value`, by Newton's
+ * method from the time `near`. */
+static dd refine_limit(const kr_series s[2], int order, double value, double near)
+{
+    dd h = dd_of(near);
+    for (int step = 0; step < 4; step++) {
+        dd sum = dd_of(0.0);
+        double slope = 0.0;
+        for (int i = order; i >= 0; i--) {
+            slope = slope * h.hi + sum.hi;
+            sum = dd_add(dd_mul(sum, h), dd_make(s[0].w[i][0], s[1].w[i][0]));
+        }
+        const dd off = dd_div(dd_sub(sum, dd_of(value)), dd_of(slope));
+        if (!(fabs(off.hi) <= 0x1p-20 * fabs(s->end - s->t))) break;
+        h = dd_sub(h, off);
+    }
+    return h;
+}
+/* Ends the step at the time `h` after its start. */
+static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
+{
+    const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
+    s[0].end = s[0].at = to.hi;
+    s[1].end = s[1].at = deep ? to.lo : 0.0;
+    kernel->evaluate(s);
+    for (int i = 0; i < 2; i++) {
+        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
+        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
+    }
+}
+/* Ends the step where friction stops the top, or can hold it no longer. */
+static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel)
+{
+    kr_series *s = p->series;
+    const int n = kernel->order, slides = s->slides != 0.0, deep = motion->digits > 16;
+    const double noise = NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
+    const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
+                 second = slides ? INFINITY : find_limit(s, n, -1.0, most);
+    const double part = fmin(first, second), span = s->end - s->t;
+    if (part < INFINITY) {
+        const double value = slides ? 0.0 : first <= second ? -1.0 : 1.0;
+        end_step_at(s, kernel, deep, refine_limit(s, n, value, part * span));
+        set_support(p, motion);
+        if (slides) {
+            p->before_hold = p->sliding;
+            remove_spin(s);
+            decide_hold(p);
+        } else {
+            remove_spin(s);
+            p->sliding = -value;
+        }
+    } else if (!slides) {
+        remove_spin(s);
+    }
+    s[0].end_w[0] = s[1].end_w[0] = 0.0;
+}
+/* Sets the mode of the step and its friction. */
+static void set_mode(kr_taylor *p, const kr_motion *motion)
+{
+    kr_series *s = p->series;
+    const double friction = friction_of(motion) / (p->rate * p->rate);
+    const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
+                 eased = divide_by_axes(apex, motion->inertia);
+    s[0].slides = p->sliding != 0.0;
+    s[0].holds = p->sliding == 0.0;
+    set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
+}
+/* Chooses a shorter unit of time if a shaken support has brought so much energy that W exceeds
+ * one. */
+static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
+{
+    const double size = v_length(v_of(p->series->end_w + 1));
+    int exponent;
+    if (!(size > 1.0) || !(size < INFINITY)) return;
+    frexp(size, &exponent);
+    kr_taylor_set_rate(p, motion, ldexp(p->rate, exponent));
+    set_support(p, motion);
+}
+void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
+{
+    const kr_series *s = work_of(motion)->series;
+    const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
+                  U = v_sub(W, O);
+    const kr_quat q = q4(s->end_x[0], v_of(s->end_x + 1)),
+                  rate = q_scale(0.5, q_mul(q, q4(0.0, U)));
+    kr_vec3 gain = free_acceleration(s);
+    if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
+    if (s->holds != 0.0) gain = v_axpy(-free_spin_rate(s), v_of(s->yield + 1), gain);
+    x[0] = rate.w;
+    v_put(x + 1, q_vec(rate));
+    x[4] = w[0] = 0.0;
+    v_put(x + 5, v_cross(P, U));
+    v_put(w + 1, gain);
+}
+kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
+{
+    kr_taylor *p = work_of(motion);
+    kr_series *s = p->series;
+    const double forward = motion->step < 0.0 ? -1.0 : 1.0;
+    const int rubs = motion->scene->friction > 0.0;
+    if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
+    keep_velocity_small(p, motion);
+    if (rubs) set_mode(p, motion);
+    s[1].t = s[1].end;
+    s[1].end = 0.0;
+    kernel->advance(s, p->log2_tol, forward);
+    set_support(p, motion);
+    if (rubs) end_step_by_friction(p, motion, kernel);
+    return KR_OK;
+}

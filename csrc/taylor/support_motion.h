@@ -1,0 +1,30 @@
+/* Tops with dry friction, or on a support that turns or shakes: constants and steps of the series
+ * of support.h. Private to taylor/. */
+#ifndef KR_TAYLOR_SUPPORT_MOTION_H
+#define KR_TAYLOR_SUPPORT_MOTION_H
+#include "model/scene.h"
+#include "taylor.h"
+
+/* Returns 1 if the series of a scene needs the terms of support.h. */
+static inline int kr_support_moves(const kr_scene *scene)
+{
+    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene);
+}
+/* Returns the largest rate of the support's motion, of the friction, and of the angular velocity
+ * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms
+ * of support.h. A shaken support may bring more energy: kr_support_step then changes the unit of
+ * time. */
+double kr_support_rate(const kr_motion *motion, kr_vec3 W);
+/* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
+vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
+/* Limits the steps by the rates of the support. */
+void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
+/* Finds out whether the top slides or is held by friction at the start. */
+void kr_support_start(const kr_motion *motion);
+/* Makes the next step. With friction, a step ends where the spin reaches 0, and where friction can
+ * hold the top no longer. */
+kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
+/* Writes the derivatives of (q | P) and W at the end of the last step, by the forces in this
+ * step. */
+void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
+#endif
