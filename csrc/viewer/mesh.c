@@ -67,7 +67,8 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com),
                  largest = v_largest(b->inertia);
     const double energy = kr_state_kinetic(scene, &scene->start) + fall;
-    *momentum = fmax(v_length(scene->start.m), sqrt(2.0 * energy * largest));
+    *momentum = v_length(b->rotor) + sqrt(2.0 * energy * largest);
+    *momentum = fmax(v_length(scene->start.m), *momentum);
     *velocity =
         fmax(v_length(kr_state_velocity(scene, &scene->start)), sqrt(2.0 * energy / largest));
     if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;

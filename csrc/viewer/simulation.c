@@ -160,6 +160,9 @@ static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, i
     a->step = step;
     a->reference = against;
     a->status = KR_OK;
+    a->lowest = -INFINITY;
+    a->is_down = 0;
+    a->stood = NAN;
     store_state(a);
     choose_quantities(a);
     return KR_OK;
@@ -212,11 +215,25 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
     add_prepared_top(simulation);
     return KR_OK;
 }
+void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
+{
+    if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
+}
 
+/* Ends the top at the state `before`, if its state now is below the floor. */
+static void check_floor(kr_simulation_slot *a, const kr_state *before)
+{
+    const double high = kr_state_apex(&a->scene, before).z, low = kr_state_apex(&a->scene, &a->now).z;
+    if (!(low < a->lowest)) return;
+    a->is_down = 1;
+    a->stood = time_of(a->steps * a->step) + time_of(a->step) * (high - a->lowest) / (high - low);
+    a->now = *before;
+}
 /* Makes one step of a top. Returns 0 if the budget was used up before the end of the step. */
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
+    const kr_state before = a->now;
     simulation->cost = a->restarts ? 1 : 256; /* steps of the method between two calls of poll */
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
@@ -228,7 +245,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
         a->now = kr_top_state(a->top);
         if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
     }
-    if (a->status == KR_OK) {
+    if (a->status == KR_OK) check_floor(a, &before);
+    if (a->status == KR_OK && !a->is_down) {
         a->steps = k;
         store_state(a);
     }
@@ -243,7 +261,7 @@ static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
     for (int i = 0; i < simulation->count; i++) {
         kr_simulation_slot *a = &simulation->slots[i];
         const int64_t tick = (a->steps + 1) * a->step;
-        if (a->status != KR_OK) continue;
+        if (a->status != KR_OK || a->is_down) continue;
         goes_on |= a->reference != KR_SIMULATION_REFERENCE;
         if (tick >= first) continue;
         first = tick;

@@ -55,7 +55,10 @@ typedef struct kr_simulation_slot {
     int restarts;            /* nonzero: restarted after each step */
     int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
-    kr_status status;        /* the top is advanced only while this is KR_OK */
+    kr_status status;        /* the top is advanced only while this is KR_OK and `is_down` is 0 */
+    double lowest;           /* height of the apex, a cosine, at which the rim meets the floor */
+    int is_down;             /* nonzero: the rim meets the floor during the next step */
+    double stood;            /* time at which the rim meets the floor */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
     /* Attitude and momentum after step k are at index k % KR_SIMULATION_TRACE. */
@@ -100,6 +103,10 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
+/* Lets the last top end where its apex sinks below the height `lowest`, the cosine of the nutation
+ * at which its rim meets a floor. The top then keeps its last state above this height. The time
+ * `stood` is interpolated within the step that follows. Without this call a top never ends so. */
+void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step not after `target`, by at most `most` steps in
  * total. Returns the time reached. If the budget is used up inside a step of a fast top, sets
  * `is_late`; the next call continues this step. */

@@ -51,9 +51,12 @@ class _Scene(TypedDict):
     attitude: Quaternion
     momentum: Vector
     gravity: float
+    damping: float
+    rotor: Vector
     methods: list[str]
     step: list[float]
     speed: float
+    tol: float
     tracks: list[_Track]
 
 
@@ -138,8 +141,8 @@ def view(
 
     In a notebook, the viewer is the result of a cell; otherwise it opens in a browser.
 
-    methods  one to three methods that the viewer starts with; by default, bobenko_suris for
-             Lagrange tops and strang for others
+    methods  one to three methods that the viewer starts with; by default, taylor for damped tops and
+             bodies with rotors, bobenko_suris for other Lagrange tops, strang for others
     step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
     speed    units of time per second
     open     False: only build the viewer, for `.save("top.html")`
@@ -151,10 +154,8 @@ def view(
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
     scene = what if isinstance(what, Scene) else what.scene
-    if scene._is_damped:
-        raise ValueError("the viewer cannot integrate damped tops: use path.plot()")
-    if any(scene.body.rotor):
-        raise ValueError("the viewer cannot integrate bodies with rotors: use path.plot()")
+    if len(set(scene.damping)) > 1:
+        raise ValueError("the viewer has one damping for all axes: use path.plot()")
     refuse_disturbances(scene, "the viewer cannot integrate tops")
     tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
@@ -181,9 +182,12 @@ def _viewer_scene(
         "attitude": scene.attitude,
         "momentum": scene.momentum,
         "gravity": scene.gravity,
+        "damping": scene.damping[0],
+        "rotor": scene.body.rotor,
         "methods": methods,
         "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
+        "tol": 1e-15 if scene._is_damped else 1e-5,
         "tracks": tracks,
     }
 
@@ -200,6 +204,8 @@ def _body_data(scene: Scene) -> _Body:
 
 
 def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+    if names is None and (scene._is_damped or any(scene.body.rotor)):
+        return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
     chosen = [names] if isinstance(names, str) else list(names)

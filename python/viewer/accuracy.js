@@ -39,7 +39,7 @@ export function renderAccuracy(panel) {
 }
 function renderMethods(panel) {
   const { scene, body } = panel.page;
-  const makeChoice = ([name, { isSuitable }]) => [name, name, !isSuitable(body, scene.gravity)];
+  const makeChoice = ([name, { isSuitable }]) => [name, name, !isSuitable(body, scene)];
   const choices = [...methods].map(makeChoice);
   const beside = [["", "nothing"], ...choices];
   const { length } = scene.methods;

@@ -31,9 +31,24 @@ USED_SHADERS = re.compile(
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
-# Modules of three.js that the renderer imports although the viewer does not need them: shadow maps
-# (floor.js draws its own shadows), environment maps, post-processing and WebXR.
+# Names of features that no material of the viewer has: other lights and materials, textures, skins,
+# instances, clipping planes.
+UNUSED_FEATURES = re.compile(
+    r"NUM_(POINT|SPOT|RECT_AREA)_\w+|\w*CLIPPING\w*|STANDARD|DITHERING|FLAT_SHADED"
+    r"|USE_(\w*MAP\w*|SKINNING|MORPH\w*|BATCHING\w*|INSTANCING\w*|ALPHA\w*|TANGENT|SHEEN"
+    r"|TRANSMISSION|LIGHT_PROBE\w*|CLEARCOAT|IRIDESCENCE|ANISOTROPY|RETROREFLECTION)"
+)
+
+# Modules of three.js that the renderer imports although the viewer does not need them: textures,
+# shadow maps (floor.js draws its own shadows), environment maps, morphing, post-processing, WebXR.
 REPLACED_MODULES = {
+    "renderers/webgl/WebGLEnvironments.js": "export class WebGLEnvironments { "
+    "get() { return null; } dispose() {} }",
+    "renderers/webgl/WebGLMorphtargets.js": "export class WebGLMorphtargets {}",
+    "renderers/webgl/WebGLTextures.js": "export class WebGLTextures { "
+    "getTextureUnits() {} setTextureUnits() {} resetTextureUnits() {} }",
+    "renderers/webgl/WebGLUniformsGroups.js": "export class WebGLUniformsGroups { dispose() {} }",
+    "renderers/webgl/WebGLUtils.js": "export class WebGLUtils {}",
     "renderers/shaders/DFGLUTData.js": "export const getDFGLUT = () => null;",
     "renderers/webgl/WebGLShadowMap.js": "export class WebGLShadowMap { render() {} }",
     "renderers/webgl/WebGLOutput.js": "export class WebGLOutput {}",
@@ -94,7 +109,7 @@ def compile_core(wasm: Path) -> None:
 def install_libraries(work: Path) -> Path:
     """Install the packages of package-lock.json and return their folder.
 
-    Unused shaders and modules of three.js are emptied. No scripts of packages run.
+    Shaders of three.js are shortened, and its unused modules emptied. No scripts of packages run.
     """
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
@@ -109,12 +124,50 @@ def install_libraries(work: Path) -> Path:
     shaders = work / "node_modules/three/src/renderers/shaders"
     for file in shaders.glob("*/*.glsl.js"):
         if not USED_SHADERS.match(file.name):
-            file.write_text(
-                'export default ""; export const vertex = "", fragment = "";', encoding="utf-8"
-            )
+            text = 'export default ""; export const vertex = "", fragment = "";'
+        else:
+            text = shorten_shader(file.read_text(encoding="utf-8"))
+        file.write_text(text, encoding="utf-8")
     for name, text in REPLACED_MODULES.items():
         (work / "node_modules/three/src" / name).write_text(text, encoding="utf-8")
     return work / "node_modules"
+
+
+def is_unused(condition: str) -> bool:
+    """Return True if a line of the preprocessor begins a block that no material compiles."""
+    names = re.findall(r"\b[A-Z]\w{3,}", condition)
+    test = all if "||" in condition else any
+    return (
+        re.match(r"#if(def)? ", condition) is not None
+        and "!" not in condition
+        and bool(names)
+        and test(UNUSED_FEATURES.fullmatch(name) for name in names)
+    )
+
+
+def find_end(lines: list[str], first: int) -> int:
+    """Return the line of the `#else`, `#elif` or `#endif` that belongs to the `#if` at `first`."""
+    depth = 0
+    for at in range(first + 1, len(lines)):
+        if depth == 0 and lines[at].startswith(("#el", "#endif")):
+            return at
+        depth += lines[at].startswith("#if") - lines[at].startswith("#endif")
+    return first
+
+
+def shorten_shader(source: str) -> str:
+    """Return a shader without comments, indentation, and blocks for features not used."""
+    bare = re.sub(r"//.*|/\*[\s\S]*?\*/", "", source)
+    lines = [line.strip() for line in bare.splitlines() if line.strip()]
+    kept, at = [], 0
+    while at < len(lines):
+        end = find_end(lines, at) if is_unused(lines[at]) else at
+        if lines[end] == "#endif" and end > at:
+            at = end + 1
+            continue
+        kept.append(lines[at])
+        at += 1
+    return "\n".join(kept)
 
 
 def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:

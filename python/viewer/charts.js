@@ -203,7 +203,7 @@ export class Charts {
     );
     return before ? all.map((line, i) => [...before[i], ...line]) : all;
   }
-  // Return the chart of the motion before a push. Its time ends at 0.
+  // Return the chart of the motion before a push or drag. Its time ends at 0.
   collectPreviousData(name, transform) {
     const { time, lines, end } = this.page.previousMotion ?? {};
     if (!lines?.[name]) return null;

@@ -1,7 +1,8 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
 // 15, a state 8 (t, q, m), and a scene 34 (body, gravity, start, damping, turning, shaking,
-// friction). The file csrc/viewer/wasm.c asserts these sizes. The viewer has no rotors, moving
-// supports and friction: the last numbers of a body and of a scene are 0.
+// friction). The file csrc/viewer/wasm.c asserts these sizes. A `world` has the gravity, the damping,
+// the turning and the friction of a scene.
+import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -18,10 +19,11 @@ const writeDoubles = (pointer, numbers) => (
   viewDoubles(pointer, numbers.length).set(numbers),
   pointer
 );
-const writeBody = ({ mass, moments, com, axes }) =>
-  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, 0, 0, 0]);
-function writeScene(body, gravity, q, m) {
-  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...new Array(10).fill(0)]);
+const writeBody = ({ mass, moments, com, axes, rotor }) =>
+  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
+function writeScene(body, { gravity, damping, turning, friction }, q, m) {
+  const support = [damping, damping, damping, 0, 0, turning, 0, 0, 0, friction];
+  writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));
@@ -46,8 +48,8 @@ export const methods = new Map(
     const isAdaptive = !!C.kr_page_adaptive(pointer);
     // The simulation restarts the method after each step.
     const isRestarting = !!C.kr_page_restarts(pointer);
-    const isSuitable = (body, gravity) =>
-      !!C.kr_method_suits(pointer, writeScene(body, gravity, [1, 0, 0, 0], [0, 0, 0]));
+    const isSuitable = (body, world) =>
+      !!C.kr_method_suits(pointer, writeScene(body, world, [1, 0, 0, 0], [0, 0, 0]));
     return [
       name,
       {
@@ -71,8 +73,11 @@ export const measures = makeList(C.kr_page_measures(), (number) => ({
 }));
 export const findMeasure = (name) => measures.find((measure) => measure.name === name);
 
-// Build a body in principal axes from a body as its user describes it.
-export function makeBody(body) {
+const turnBack = ([w, x, y, z], v) =>
+  new Vector3(...v).applyQuaternion(new Quaternion(-x, -y, -z, w)).toArray();
+// Build a body in principal axes from a body as its user describes it, and from the momentum of its
+// rotor in the same frame.
+export function makeBody(body, rotor = [0, 0, 0]) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   if (half)
     checkStatus(
@@ -83,14 +88,16 @@ export function makeBody(body) {
       C.kr_body_from_tensor(mass, writeDoubles(FIRST, inertia), writeDoubles(THIRD, com), SCENE),
     );
   const [own, ...row] = Array.from(viewDoubles(SCENE, 11));
-  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6, 10) };
+  const axes = row.slice(6, 10);
+  const along = turnBack(axes, rotor);
+  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes, rotor: along };
 }
 export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
 // of a symmetric top. Returns null for other bodies.
-export function computeLimits(body, gravity, q, m) {
-  const pointer = C.kr_page_limits(writeScene(body, gravity, q, m));
+export function computeLimits(body, world, q, m) {
+  const pointer = C.kr_page_limits(writeScene(body, world, q, m));
   if (!pointer) return null;
   const [least, greatest, critical, precession, period, spin] = viewDoubles(pointer, 6);
   const motionType = readText(C.kr_page_course(SCENE));
@@ -128,15 +135,20 @@ export const simulation = {
     C.kr_page_clear();
     for (const pointer of tracks.splice(0)) C.free(pointer);
   },
-  addTop(body, gravity, q, m, { pointer, isAdaptive }, step, tol, comparedWith) {
-    const scene = writeScene(body, gravity, q, m);
+  addTop(body, world, q, m, { pointer, isAdaptive }, step, tol, comparedWith) {
+    const scene = writeScene(body, world, q, m);
     checkStatus(C.kr_page_add(scene, pointer, step, isAdaptive ? tol : 0, comparedWith));
   },
-  addTrack(body, gravity, states, step, comparedWith) {
+  // Let the last top end where its nutation exceeds an angle, at which its rim meets the floor.
+  setFloor: (angle) => C.kr_page_set_floor(Math.cos(angle)),
+  // Return the time at which the rim of a top met the floor, or NaN.
+  getEnd: (i) => C.kr_page_stood(i),
+  hasEnded: (i) => C.kr_page_status(i) !== 0 || !Number.isNaN(C.kr_page_stood(i)),
+  addTrack(body, world, states, step, comparedWith) {
     const room = writeDoubles(C.malloc(8 * states.length), states);
     tracks.push(room);
     const [, w, x, y, z, ...m] = states.subarray(0, 8);
-    const scene = writeScene(body, gravity, [w, x, y, z], m);
+    const scene = writeScene(body, world, [w, x, y, z], m);
     checkStatus(C.kr_page_add_track(scene, room, states.length / 8, step, comparedWith));
   },
   advance: (target, most) => C.kr_page_advance(target, most),

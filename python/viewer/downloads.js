@@ -1,8 +1,7 @@
-// Files to download, and the link to the scene.
-import { encodeScene } from "./links.js";
+// Files to download.
 import { toToml } from "./text_export.js";
 
-function saveFile(name, ...content) {
+export function saveFile(name, ...content) {
   const a = document.createElement("a");
   a.href = URL.createObjectURL(new Blob(content));
   a.download = name;
@@ -17,26 +16,6 @@ const insertScene = (source, scene) =>
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
-// Put the link to the scene into the address bar, and offer it to other programs: by the menu of a
-// phone, or by the clipboard.
-async function shareScene(page) {
-  try {
-    history.replaceState(null, "", encodeScene(page.scene));
-  } catch {
-    return page.showMessage("A page in a notebook has no address: save “This page” instead");
-  }
-  const { href } = location;
-  page.showMessage("The address of this page is now a link to this scene");
-  try {
-    if (navigator.share && matchMedia("(pointer: coarse)").matches)
-      return await navigator.share({ title: page.scene.name, url: href });
-    await navigator.clipboard.writeText(href);
-    page.showMessage("Copied: a link to this scene, which is now the address of this page");
-  } catch {
-    // The address bar shows the link.
-  }
-}
-
 // Return the buttons by name, each with its action and its key.
 export function listDownloads(page, view, charts, source) {
   const savePicture = () => {
@@ -45,7 +24,6 @@ export function listDownloads(page, view, charts, source) {
     view.canvas.toBlob((blob) => saveFile("kreisel.png", blob));
   };
   return {
-    Share: [() => shareScene(page), "K"],
     Picture: [savePicture, "Control+S"],
     CSV: [() => saveFile("kreisel.csv", charts.formatCsv())],
     JSON: [() => saveFile("kreisel.json", JSON.stringify(page.scene, null, 1))],

@@ -3,13 +3,15 @@
 import { html } from "lit-html";
 import { computeLimits, makeBody } from "./core.js";
 import presets from "./presets.json";
-import { completeScene } from "./scene.js";
+import { computeKineticEnergy } from "./game.js";
+import { completeScene, hasFriction } from "./scene.js";
 
 const formatDegrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
 // Return the numbers for the texts of a scene, formatted.
 export function computeFacts(scene) {
-  const { body, gravity, attitude, momentum } = scene;
-  const limits = computeLimits(makeBody(body), gravity, attitude, momentum);
+  const { body, rotor, attitude, momentum } = scene;
+  const world = { ...scene, damping: 0 }; // a top with friction has no closed form
+  const limits = computeLimits(makeBody(body, rotor), world, attitude, momentum);
   if (!limits) return {};
   const { least, greatest, critical, precession, period, spin } = limits;
   const round = (2 * Math.PI) / Math.abs(precession);
@@ -23,6 +25,7 @@ export function computeFacts(scene) {
     round: formatDigits(round),
     nod: formatDigits(period),
     nods: formatDigits(round / period),
+    energy: formatDigits(computeKineticEnergy(scene)),
   };
 }
 export const findPreset = ({ name }) => presets.find((preset) => preset.name === name);
@@ -48,6 +51,7 @@ export function describeScene({ scene, tops }) {
   for (const [key, value] of Object.entries(before)) facts[`${key} before`] = value;
   const isOwn = scene.about && !scene.name.endsWith(", changed");
   if (isOwn) return fillIn(scene.about, facts);
+  if (hasFriction(scene)) return "Friction takes energy from this top.";
   const { motionType } = tops.find((top) => top.limits)?.limits ?? {};
   return motionType ? fillIn(MOTION_TEXTS[motionType], facts) : "A scene of your own.";
 }

@@ -33,7 +33,8 @@ const renderLine = ([keys, words]) =>
 export class Keyboard {
   hasLetterKeys = true; // false disables keys without Control
   constructor(place, { page, view, drags, presets, choosePreset }) {
-    Object.assign(this, { place, page, view, drags, presets, choosePreset });
+    const share = document.getElementById("share");
+    Object.assign(this, { place, share, page, view, drags, presets, choosePreset });
     addEventListener("keydown", (event) => this.handleKey(event));
   }
   handleKey(event) {
@@ -71,6 +72,7 @@ export class Keyboard {
   handleEscape() {
     if (this.drags.current) this.drags.cancelDrag();
     else if (this.place.open) this.place.close();
+    else if (this.share.open) this.share.close();
     else this.page.setRunning(false);
   }
   toggleList() {

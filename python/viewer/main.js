@@ -8,12 +8,14 @@ import { DragHandler } from "./drags.js";
 import { listDownloads } from "./downloads.js";
 import { Keyboard } from "./keyboard.js";
 import { decodeScene } from "./links.js";
-import { loadColorScheme } from "./storage.js";
+import { loadText } from "./storage.js";
 import { Readout } from "./readout.js";
 import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
+import { ShareDialog } from "./share.js";
+import { drawThumbnails } from "./thumbnails.js";
 import { View } from "./view.js";
 
 // The source of the viewer before any change, for the download.
@@ -21,7 +23,7 @@ const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const getElement = (id) => document.getElementById(id);
 const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 const { style } = document.documentElement;
-style.colorScheme = loadColorScheme();
+style.colorScheme = loadText("light or dark");
 
 // Events without an error are notes of the browser, such as ResizeObserver notifications.
 addEventListener("error", ({ message, error }) => {
@@ -48,7 +50,8 @@ for (const id of ["hint", "bar"]) footerObserver.observe(getElement(id));
 const drags = new DragHandler(view, page);
 
 const keyboard = new Keyboard(getElement("keys"), { page, view, drags, presets, choosePreset });
-const toolbar = new Toolbar(getElement("bar"), page, drags, keyboard);
+const share = new ShareDialog(getElement("share"), page, view);
+const toolbar = new Toolbar(getElement("bar"), page, drags, keyboard, share);
 
 function choosePreset(preset) {
   if (!preset) return;
@@ -156,6 +159,7 @@ function tryToOpen(open) {
     page.showMessage(`This scene cannot be shown: ${error.message}`);
   }
 }
+drawThumbnails();
 tryToOpen(() => page.load(decodeScene(location.hash) || JSON.parse(getElement("scene").textContent) || presets[0]));
 function openLink() {
   const scene = decodeScene(location.hash);
@@ -181,6 +185,7 @@ window.kreisel = {
   view,
   drags,
   charts,
+  share,
   simulation,
   presets,
   choosePreset,

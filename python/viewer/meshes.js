@@ -198,7 +198,7 @@ export function makeMomentumTrace(colour) {
   return line;
 }
 
-// Make the faint trace of the motion before a push.
+// Make the faint trace of the motion before a change.
 export function makeFaintTrace(colour) {
   const line = new Line(makeStrip(TRACE_POINTS), { opacity: 0.35, depthWrite: false });
   const { places, shades } = line.geometry;

@@ -1,15 +1,18 @@
 // The state of the viewer: scene, undo, clock. Changes of the computation keep the start and the
 // time. Changes of the motion, such as a drag, make the current state the start.
-import { findKind, computeLimits, makeBody, findMeasure, measures, methods } from "./core.js";
-import { simulation, TICKS, MAX_TOPS } from "./core.js";
-import { setValue, findMeetingTime, getPlaceName } from "./setters.js";
-import { decodeBase64, getMeasureName, completeScene, getRange, listTops } from "./scene.js";
+import { findKind, computeLimits, makeBody, findMeasure } from "./core.js";
+import { measures, methods, simulation, TICKS, MAX_TOPS } from "./core.js";
+import { describeResult } from "./game.js";
+import { findContact, setValue, findMeetingTime, getPlaceName } from "./setters.js";
+import { decodeBase64, getMeasureName, completeScene, findSuitable } from "./scene.js";
+import { getRange, listTops } from "./scene.js";
 
+const FINE_STEP = 0.02; // with larger steps the time of the end is told as an interval
 const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
 // Steps between two checks of the time. All tops take at least one step.
 const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
 // Places whose change invalidates a path computed elsewhere.
-const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|taken)/;
+const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|rotor|taken)/;
 // Places that leave the motion as it is.
 const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
 // The motion starts again and returns to its time.
@@ -20,7 +23,7 @@ const isDifferent = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 export class PageState {
   undoStack = []; // moments to return to
   redoStack = []; // moments that were undone
-  previousMotion = null; // charts and traces before a push, see `pushTop`
+  previousMotion = null; // traces before a change of the motion, and charts if it went on
   isRunning = false;
   onChange = () => {}; // called after each change
   constructor(view) {
@@ -51,9 +54,10 @@ export class PageState {
   // Create all tops of the simulation at t = 0.
   buildTops(fit) {
     const { scene } = this;
-    this.body = makeBody(scene.body);
+    this.body = makeBody(scene.body, scene.rotor);
     this.kind = findKind(this.body);
     this.replaceUnsuitableMethods();
+    this.contact = findContact(scene, this.body);
     simulation.clear();
     const tops = listTops(scene, this.body).map((top) => ({
       ...top,
@@ -68,14 +72,16 @@ export class PageState {
     this.secondsPassed = this.timePassed = 0;
     this.view.build(this, fit);
   }
-  // Replace methods that do not apply to the body by strang, which always does.
+  // Replace methods that do not apply to the top by one that does. taylor gets all digits.
   replaceUnsuitableMethods() {
     const { scene, body } = this;
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`the viewer has no method ${name}`);
-      if (methods.get(name).isSuitable(body, scene.gravity)) return;
-      scene.methods[i] = "strang";
-      this.showMessage(`${name} does not apply to this body: strang is used instead`);
+      if (methods.get(name).isSuitable(body, scene)) return;
+      const other = findSuitable(["strang", "taylor"], scene, body);
+      scene.methods[i] = other;
+      if (other === "taylor") scene.tol = 1e-15;
+      this.showMessage(`${name} does not apply to this top: ${other} is used instead`);
     });
   }
   addTop(top) {
@@ -85,11 +91,11 @@ export class PageState {
     const start = (side === 1 && !track && second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" || role === "reference" ? 1e-15 : scene.tol;
-    top.limits = computeLimits(body, scene.gravity, q, m);
+    top.limits = computeLimits(body, scene, q, m);
     const states = track && new Float64Array(decodeBase64(track.states).buffer);
-    if (track) simulation.addTrack(body, scene.gravity, states, ticks, comparedWith);
-    else
-      simulation.addTop(body, scene.gravity, q, m, methods.get(method), ticks, tol, comparedWith);
+    if (track) simulation.addTrack(body, scene, states, ticks, comparedWith);
+    else simulation.addTop(body, scene, q, m, methods.get(method), ticks, tol, comparedWith);
+    if (this.contact !== null && !track) simulation.setFloor(this.contact);
   }
   // Select the measures that are defined for this body: NaN at the start means undefined.
   selectMeasures() {
@@ -129,6 +135,7 @@ export class PageState {
   // Begin a change. With `now` the current state becomes the start.
   beginChange({ top, now = true, ...how } = {}) {
     this.recordUndo(how);
+    this.previousMotion = this.clock ? this.captureMotion(now) : null;
     if (!this.clock || !now) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.readLiveState(second && top?.side ? null : top);
@@ -137,31 +144,33 @@ export class PageState {
     Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
     this.markChanged(this.scene);
   }
-  // Change the momentum of a top and run. The charts and traces before the push stay visible.
+  // Change the momentum of a top and run.
   pushTop(top, change) {
-    const before = this.clock ? this.captureMotion() : null;
     this.beginChange({ top });
-    this.previousMotion = before;
     this.editScene(change);
     this.setRunning(true);
   }
-  // Return the current content of charts and traces.
-  captureMotion() {
+  // Return the current traces, and with `goesOn` the current content of the charts.
+  captureMotion(goesOn) {
+    const ways = this.tops.map((_, i) => this.view.getTrace(i));
+    if (!goesOn) return { ways };
     const names = [this.scene.chart, this.scene.integral, "error"];
     const rows = (i, name) => [-1, 0, 1].map((side) => simulation.getRecord(i, name, side));
     const lines = (name) => [name, this.tops.map((_, i) => rows(i, name))];
     return {
       time: simulation.getTimes(),
       lines: Object.fromEntries(names.map(lines)),
-      ways: this.tops.map((_, i) => this.view.getTrace(i)),
+      ways,
       end: this.clock / TICKS,
     };
   }
-  // Drop the motion before a push when the scene is no longer the pushed one.
+  // Drop the motion before a change when the scene is no longer the changed one. A gesture changes
+  // it many times.
   updatePreviousMotion() {
     if (!this.previousMotion) return;
     const kept = Object.entries(this.scene).filter(([key]) => !KEEPS_MOTION.test(key));
     const scene = JSON.stringify(kept);
+    if (this.gesture || this.view.isHeld) this.previousMotion.scene = scene;
     this.previousMotion.scene ??= scene;
     if (this.previousMotion.scene !== scene) this.previousMotion = null;
   }
@@ -340,16 +349,38 @@ export class PageState {
     if (this.isLate) this.target = this.clock; // the clock runs slower
     const describeFailure = ({ method, step, track }, i) => {
       const why = simulation.getFailure(i);
+      const end = simulation.getEnd(i);
+      if (!Number.isNaN(end)) return this.describeEnd(i, end);
       return why && (track ? `${method} ends` : `${method} ${step} stopped: ${why}`);
     };
     const words = this.tops.map(describeFailure);
     if (words.join() !== this.failures && words.some(Boolean))
-      this.showMessage(words.filter(Boolean).join("; "));
+      this.showMessage([...words, this.judgeEnd()].filter(Boolean).join(". "));
     this.failures = words.join();
     const isOver = target > end && !this.isLate;
     if (isOver) this.showMessage(`The stop time ${stop} is reached`);
     if (isOver || this.tops.every((top, i) => words[i] || top.role === "ghost"))
       this.setRunning(false);
     this.view.draw();
+  }
+  // Return whether no top can go on.
+  hasEnded() {
+    return this.tops.every((top, i) => top.role === "ghost" || simulation.hasEnded(i));
+  }
+  // Return the words for the end of a top, whose rim met the floor at the time `end`.
+  describeEnd(i, end) {
+    const { side, step } = this.tops[i];
+    const first = Math.floor(end / step) * step;
+    const when = step > FINE_STEP
+      ? `between t = ${+first.toFixed(6)} and ${+(first + step).toFixed(6)} s`
+      : `at t = ${end.toFixed(2)} s`;
+    const which = this.tops.length > 1 ? (side ? "Right: the" : "Left: the") : "The";
+    return `${which} rim meets the floor ${when}, where this model ends`;
+  }
+  // Return the result of a game that the first top has ended, or "".
+  judgeEnd() {
+    const [{ step }] = this.tops;
+    const end = simulation.getEnd(0);
+    return Number.isNaN(end) || step > FINE_STEP ? "" : describeResult(this.scene, end);
   }
 }

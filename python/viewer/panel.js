@@ -3,10 +3,11 @@ import { html, noChange, nothing, render } from "lit-html";
 import { letKeysScroll, getTitle } from "./charts.js";
 import { renderChartPlace, renderAccuracy } from "./accuracy.js";
 import { findMeasure, simulation } from "./core.js";
-import { saveColorScheme } from "./storage.js";
+import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
 import { describeScene, renderExercises } from "./exercises.js";
+import { renderThumbnails, showThumbnail } from "./thumbnails.js";
 import { toPython } from "./text_export.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
@@ -32,6 +33,8 @@ const renderSection = (words, content, { open = false, toggle = nothing } = {}) 
   html`<details ?open=${open} @toggle=${toggle}>
     <summary>${words}</summary>${content}</details>`;
 
+const findPresetNumber = (name) => presets.findIndex((preset) => preset.name === name);
+
 // Replace rounding errors by zero.
 const dropRounding = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
 
@@ -51,6 +54,10 @@ export class Panel {
   draw() {
     render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
+    const { name } = this.page.scene;
+    if (this.name === name) return;
+    this.name = name;
+    showThumbnail(findPresetNumber(name));
   }
 
   // Make the event handler of a control, which sets its value at a place of the scene. `back`
@@ -144,15 +151,10 @@ export class Panel {
 
   renderHeader() {
     const { page } = this;
-    const known = presets.findIndex((preset) => preset.name === page.scene.name);
-    const option = ({ name }, i) =>
-      html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
-    const given = html`<option value="-1" .selected=${known < 0}
-      ?hidden=${known >= 0}>${page.scene.name}</option>`;
-    const choosePreset = ({ target }) => this.choosePreset(presets[target.value]);
+    const known = findPresetNumber(page.scene.name);
     return html`<header>
-      <label for="preset">What to look at</label>
-      <select id="preset" @change=${choosePreset}>${presets.map(option)}${given}</select>
+      ${renderThumbnails(known, this.choosePreset)}
+      <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
       <p id="about">${describeScene(page)}</p>
       ${this.renderStart()}
       ${renderExercises(page, this.choosePreset)}
@@ -199,7 +201,7 @@ export class Panel {
         toggle: buildCharts,
       }),
       renderSection("Looks: arrows, trace, rod, view", this.renderLooks()),
-      renderSection("Save and share", [html`<div class="row">${files}</div>`, this.renderPython()]),
+      renderSection("Save", [html`<div class="row">${files}</div>`, this.renderPython()]),
     ];
   }
   renderMotion() {
@@ -211,6 +213,7 @@ export class Panel {
     return [
       this.renderSlider("Speed", "speed"),
       this.renderSlider("Gravity", "gravity"),
+      this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
       html`<div class="pairs">
         ${this.renderPair("Tilt [°]", this.renderNumber("Tilt, degrees", "tilt"))}
         ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,
@@ -240,6 +243,7 @@ export class Panel {
       three("Fixed point, from the centre", "body.pivot"),
       html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
+      this.renderSlider("Rotor", "rotor.2", { min: -20, max: 20 }),
       this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
       html`<p id="body">${kind} top: mass ${formatShort(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,
@@ -281,7 +285,7 @@ export class Panel {
     const { style } = document.documentElement;
     const set = ({ target }) => {
       style.colorScheme = target.value;
-      saveColorScheme(target.value);
+      saveText("light or dark", target.value);
       this.repaint();
     };
     const option = ([value, text]) =>

@@ -2,6 +2,7 @@
 // them stand limits, critical spin and mean precession from the closed form.
 import { html, render } from "lit-html";
 import { simulation } from "./core.js";
+import { loadLongestTime } from "./game.js";
 
 // Failed tops have no numbers.
 const formatKnown = (x, words) => (Number.isNaN(x) ? "–" : words);
@@ -46,8 +47,11 @@ export class Readout {
         describeCriticalSpin(limits, simulation.getRecord(i, "nutation")[0]),
         axial,
       ],
-      ...this.describePrecession(simulation.getVelocity(i), spin, nutation, limits),
     ];
+    const hasPrecession = limits || page.contact !== null;
+    if (hasPrecession)
+      lines.push(...describePrecession(simulation.getVelocity(i), spin, nutation, limits));
+    lines.push(...describeStanding(page, i));
     if (limits && page.scene.show.torque) lines.push(...describeRule(page, spin, limits));
     const turns = (simulation.getState(i)[0] * spin) / (2 * Math.PI);
     const since = "about its own axis, since the start";
@@ -65,14 +69,25 @@ export class Readout {
     const { method, step, colour } = tops[i];
     return [["top", place, "", `${method} ${step}`, "the top of these numbers", colour]];
   }
-  describePrecession(velocity, spin, nutation, limits) {
-    if (!limits || !(Math.sin(nutation) >= UPRIGHT)) return [];
-    const now = computePrecession(velocity, spin, nutation);
-    const round = (2 * Math.PI) / Math.abs(limits.precession);
-    const mean = `mean ${formatShort(limits.precession)}: once round in ${round.toFixed(1)} s`;
-    const about = "angular velocity of the axis about the vertical, in radians per second";
-    return [["precession", formatShort(now), " rad/s", round < 1e4 ? mean : "", about]];
-  }
+}
+function describePrecession(velocity, spin, nutation, limits) {
+  if (!(Math.sin(nutation) >= UPRIGHT)) return [];
+  const now = computePrecession(velocity, spin, nutation);
+  const round = (2 * Math.PI) / Math.abs(limits?.precession);
+  const mean = () => `mean ${formatShort(limits.precession)}: once round in ${round.toFixed(1)} s`;
+  const about = "angular velocity of the axis about the vertical, in radians per second";
+  return [["precession", formatShort(now), " rad/s", round < 1e4 ? mean() : "", about]];
+}
+// Return how long a top with friction has stood, and the longest time of the game that it plays.
+function describeStanding({ contact, scene }, i) {
+  if (contact === null) return [];
+  const end = simulation.getEnd(i);
+  const hasEnded = !Number.isNaN(end);
+  const time = hasEnded ? end : simulation.getState(i)[0];
+  const longest = loadLongestTime(scene);
+  const note = longest ? `longest ${longest.toFixed(2)} s` : "";
+  const about = "time since the start, until the rim meets the floor";
+  return [[hasEnded ? "stood" : "stands", time.toFixed(hasEnded ? 2 : 1), " s", note, about]];
 }
 // Return the limits of the tilt from the closed form, which other methods only approximate.
 function describeLimits({ limits, method }) {
@@ -84,10 +99,11 @@ function describeLimits({ limits, method }) {
 // Return the precession rate of a fast top, M g l / (I3 w3), beside the mean one. M g l is the
 // torque of the weight at a horizontal axis, I3 w3 the angular momentum about the axis.
 function describeRule({ body, scene }, spin, { precession }) {
-  const { mass, moments, com } = body;
+  const { mass, moments, com, rotor } = body;
   const axis = com.findIndex((x) => x !== 0);
   if (axis < 0 || !scene.gravity) return [];
-  const rule = (mass * scene.gravity * com[axis]) / (moments[axis] * spin);
+  const axial = moments[axis] * spin + rotor[axis] * Math.sign(com[axis]);
+  const rule = (mass * scene.gravity * Math.abs(com[axis])) / axial;
   const percent = 100 * (rule / precession - 1);
   const side = percent < 0 ? "below" : "above";
   const words = `${Math.abs(percent).toFixed(1)} % ${side} the mean precession`;

@@ -93,6 +93,13 @@ export function fitRevolution({ half, centre }) {
   const profile = !height || stands(top) ? top : stands(cone) ? cone : drum;
   return { axis, up, height, profile };
 }
+// Return the tilt at which the rim meets a floor at the height of the fixed point, or null if the
+// body does not stand on its tip.
+const LEAST_ANGLE = 0.05; // of the body with the floor [rad]
+export function computeContact({ profile }) {
+  const angle = Math.min(...profile.filter(([, r]) => r > 0).map(([z, r]) => Math.atan2(z, r)));
+  return angle > LEAST_ANGLE ? angle : null;
+}
 
 // Return a convex profile for the shadow. Its projection covers each place once.
 export function makeShadowProfile({ profile, height }) {

@@ -14,6 +14,8 @@ export const DEFAULTS = {
   second: null, // 7 numbers: attitude and momentum of the second method, if it has its own start
   taken: null, // time of the motion from which the start was taken
   gravity: 1,
+  damping: 0, // torque over angular velocity, about each axis
+  rotor: [0, 0, 0], // momentum of a rotor in the body, in the frame of description
   methods: ["bobenko_suris"], // one to three
   step: [0.01], // one or two steps for each method
   own: false, // the first step for the first method, the second for the others
@@ -91,6 +93,8 @@ const CHECKS = {
   second: allowNull(makeListCheck(isSize, 7)),
   taken: allowNull(makeRangeCheck(0, 1e9)),
   gravity: isSize,
+  damping: makeRangeCheck(0, 1e12),
+  rotor: isVector,
   methods: makeListCheck(isText, 1, 2, 3),
   step: makeListCheck(isStep, 1, 2),
   tol: makeRangeCheck(1e-15, 1),
@@ -133,12 +137,14 @@ export const getSteps = ({ step, own }, side) =>
 // right, `comparedWith` is the index of the reference. References come last and are hidden or drawn
 // as ghosts. Each method has two colours, for its two steps; readers without red or green cones
 // distinguish red and violet.
-const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
+export const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
 const REFERENCE_METHODS = ["exact", "taylor", "extrap"]; // the first suitable one
 const [NO_REFERENCE, IS_REFERENCE] = [-1, -2];
+export const findSuitable = (names, scene, body) =>
+  names.find((name) => methods.get(name)?.isSuitable(body, scene));
 export function listTops(scene, body) {
-  const { step, ghost, second, tracks, methods: names, gravity } = scene;
-  const sharpest = REFERENCE_METHODS.find((name) => methods.get(name)?.isSuitable(body, gravity));
+  const { step, ghost, second, tracks, methods: names } = scene;
+  const sharpest = findSuitable(REFERENCE_METHODS, scene, body);
   const tops = names.flatMap((method, side) =>
     getSteps(scene, side).map((step, thin) => {
       const colour = COLOURS[2 * side + thin];
@@ -162,6 +168,8 @@ export function listTops(scene, body) {
   if (second) tops.push({ ...reference, side: 1, role: "reference" });
   return tops;
 }
+// Return whether friction takes energy from the top.
+export const hasFriction = ({ damping }) => damping > 0;
 
 // Replace a body given by numbers with its cuboid. The attitude absorbs the rotation between them.
 export function convertToCuboid(scene) {
@@ -171,6 +179,7 @@ export function convertToCuboid(scene) {
   const pivot = new Vector3(...centre).applyQuaternion(back).negate().toArray();
   scene.body = { half, pivot, density };
   scene.attitude = toWxyz(toQuaternion(scene.attitude).multiply(toQuaternion(turn)));
+  scene.rotor = new Vector3(...scene.rotor).applyQuaternion(back).toArray();
 }
 // Sizes N, B, T that a shape allows (thesis 5.6.5, 5.8.1), from any sizes and of equal volume.
 const makePlate = (ratio) => (n, b, t) => {

@@ -1,8 +1,9 @@
 // Setters of scene values by place, such as "show.trace". Some places have a rule, and "tilt" and
 // "spin" change the start.
 import { Quaternion, Vector3 } from "three";
-import { makeBody, findMeasure, simulation, TICKS } from "./core.js";
-import { convertToCuboid, toQuaternion, resizeBody, toWxyz } from "./scene.js";
+import { computeCuboid, makeBody, findMeasure, simulation, TICKS } from "./core.js";
+import { computeContact, fitRevolution } from "./revolution.js";
+import { convertToCuboid, hasFriction, toQuaternion, resizeBody, toWxyz } from "./scene.js";
 
 export const getValue = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
 export function setValue(scene, place, x) {
@@ -41,6 +42,16 @@ const VERTICAL = new Vector3(0, 0, 1);
 function computeApex(body) {
   const com = new Vector3(...body.com);
   return com.length() ? com.normalize() : VERTICAL.clone().applyQuaternion(toQuaternion(body.axes));
+}
+// Return the tilt at which the rim meets the floor and the motion ends, or null. Only tops with
+// friction end so, if they stand on their tip.
+export function findContact(scene, body) {
+  const revolution = hasFriction(scene) && fitRevolution(computeCuboid(scene.body));
+  const contact = revolution ? computeContact(revolution) : null;
+  const isAbove = (attitude) =>
+    computeApex(body).applyQuaternion(toQuaternion(attitude)).z > Math.cos(contact);
+  const starts = [scene.attitude, ...(scene.second ? [scene.second.slice(0, 4)] : [])];
+  return contact !== null && starts.every(isAbove) ? contact : null;
 }
 function checkNumber(x, name) {
   if (!Number.isFinite(x)) throw new Error(`${name} cannot be empty`);
@@ -98,7 +109,7 @@ const SETTERS = {
   },
   // Set the angular velocity about the apex; keep the rest.
   spin(scene, wanted) {
-    const body = makeBody(scene.body);
+    const body = makeBody(scene.body, scene.rotor);
     const frame = toQuaternion(scene.attitude).multiply(toQuaternion(body.axes)); // principal axes
     const back = frame.clone().conjugate();
     const apex = computeApex(body)
@@ -106,9 +117,22 @@ const SETTERS = {
       .applyQuaternion(back);
     const momentum = new Vector3(...scene.momentum).applyQuaternion(back);
     const moments = new Vector3(...body.moments);
-    const change = checkNumber(wanted, "Spin") - momentum.clone().divide(moments).dot(apex);
+    const rates = momentum.clone().sub(new Vector3(...body.rotor)).divide(moments);
+    const change = checkNumber(wanted, "Spin") - rates.dot(apex);
     momentum.addScaledVector(apex.multiply(moments), change).applyQuaternion(frame);
     scene.momentum = momentum.toArray();
+  },
+  // Set a component of the rotor's momentum; keep the angular velocity of the body.
+  rotor(scene, x, k) {
+    const change = new Vector3().setComponent(k, checkNumber(x, "Rotor") - scene.rotor[k]);
+    const add = (attitude, momentum) => {
+      const turned = change.clone().applyQuaternion(toQuaternion(attitude));
+      return turned.add(new Vector3(...momentum)).toArray();
+    };
+    const { attitude, second } = scene;
+    scene.momentum = add(attitude, scene.momentum);
+    if (second) scene.second.splice(4, 3, ...add(second.slice(0, 4), second.slice(4)));
+    scene.rotor[k] = x;
   },
   // Scale a shape with fixed ratios as a whole.
   "body.half"(scene, x, k) {

@@ -12,13 +12,14 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
 // Return attitude and momentum of a start: tilt in degrees, spin about the apex, and precession
 // about the vertical, 0 by default. "slow" and "fast" select a steady precession W, a root of I1
 // W^2 cos - I3 spin W + mass gravity height = 0.
-export function computeStart({ body, gravity }, start) {
+export function computeStart({ body, gravity, rotor }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
-  const { mass, moments, com } = makeBody(body);
+  const made = makeBody(body, rotor);
+  const { mass, moments, com } = made;
   const [across, , along] = moments;
   const tilt = (start.tilt * Math.PI) / 180;
   const [cos, sin] = [Math.cos(tilt), Math.sin(tilt)];
-  const [axial, torque] = [along * start.spin, mass * gravity * com[2]];
+  const [axial, torque] = [along * start.spin + made.rotor[2], mass * gravity * com[2]];
   const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);
   const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };
   const rate = steady[start.precession] ?? start.precession ?? 0;

@@ -1,18 +1,19 @@
-// Storage of the colour scheme. Where a browser forbids storage, each visit uses the scheme of the
-// system.
-const KEY = "kreisel: light or dark";
+// Storage of texts between visits: the colour scheme, and the longest time of a game. Where a browser
+// forbids storage, they last for this visit only.
+const kept = {};
 
-export function loadColorScheme() {
+export function loadText(name) {
   try {
-    return localStorage.getItem(KEY) ?? "";
+    return localStorage.getItem(`kreisel: ${name}`) ?? "";
   } catch {
-    return "";
+    return kept[name] ?? "";
   }
 }
-export function saveColorScheme(light) {
+export function saveText(name, text) {
+  kept[name] = text;
   try {
-    localStorage.setItem(KEY, light);
+    localStorage.setItem(`kreisel: ${name}`, text);
   } catch {
-    // The choice lasts for this visit only.
+    // `kept` has it.
   }
 }

@@ -5,7 +5,8 @@ import { getSteps } from "./scene.js";
 const formatList = (x) => (Array.isArray(x) ? `[${x.map(formatList).join(", ")}]` : x);
 const formatRows = (inertia) => formatList([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
 
-export function toToml({ body, momentum, attitude, gravity }) {
+const isTurning = (rotor) => rotor.some((x) => x !== 0);
+export function toToml({ body, momentum, attitude, gravity, damping, rotor }) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `cuboid = { half = ${formatList(half)}, pivot = ${formatList(pivot)}, density = ${density} }`
@@ -13,10 +14,10 @@ export function toToml({ body, momentum, attitude, gravity }) {
   return `momentum = ${formatList(momentum)}
 attitude = ${formatList(attitude)}
 gravity = ${gravity}
-
+${damping ? `damping = ${damping}\n` : ""}
 [body]
 ${bodyText}
-`;
+${isTurning(rotor) ? `rotor = ${formatList(rotor)}\n` : ""}`;
 }
 
 const END = 100; // end time of the program
@@ -30,14 +31,18 @@ def solve_in_steps(scene, method, step, count, tol):
 `;
 // Return a Python program that computes the states of the viewer, one line for each top.
 export function toPython(top) {
-  const { body, gravity, methods: names, second, tol } = top;
+  const { body, gravity, damping, rotor, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
     : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, unphysical=True)`;
   const scene = (attitude, momentum) =>
     `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, ` +
-    `gravity=${gravity})`;
+    `gravity=${gravity}${damping ? `, damping=${damping}` : ""})`;
+  const size = Math.hypot(...rotor);
+  const rotorText = isTurning(rotor)
+    ? `.with_rotor(spin=${size}, inertia=1, axis=${formatList(rotor)})`
+    : "";
   const hasOwnStart = (side) => second && side === 1;
   const writeRun = (name, side) => (step) => {
     const { isAdaptive, isRestarting } = methods.get(name);
@@ -53,7 +58,7 @@ export function toPython(top) {
   const secondText = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
   return `import kreisel as kr
 
-body = kr.Body${bodyText}
+body = kr.Body${bodyText}${rotorText}
 scene = ${scene(top.attitude, top.momentum)}
 ${secondText ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}
 ends = [

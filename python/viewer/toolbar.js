@@ -5,11 +5,11 @@ import { showHomeView } from "./camera.js";
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export class Toolbar {
-  constructor(place, page, drags, keyboard) {
-    Object.assign(this, { place, page, drags, keyboard });
+  constructor(place, page, drags, keyboard, share) {
+    Object.assign(this, { place, page, drags, keyboard, share });
   }
   draw() {
-    const { page, drags, keyboard } = this;
+    const { page, drags, keyboard, share } = this;
     const isMoving = page.isRunning || page.goal !== null;
     const togglePush = () => {
       drags.isPushing = !drags.isPushing;
@@ -33,6 +33,7 @@ export class Toolbar {
         renderButton("⌂", "Home view", "Home", () => showHomeView(page.view)),
         renderButton("☞", "Push", "X", togglePush, { pressed: !!drags.isPushing }),
         document.fullscreenEnabled ? renderButton("⤢", "Full screen", "F", toggleFullScreen) : "",
+        renderButton("↗", "Share", "K", () => share.open()),
         renderButton("?", "Keys", "?", () => keyboard.toggleList()),
       ],
       this.place,

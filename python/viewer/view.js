@@ -29,10 +29,12 @@ const SIDES = [
 ];
 const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
-const [WEIGHT, TORQUE] = ["#6b7280", "#b45309"]; // colours
+const [WEIGHT, TORQUE, ROTOR] = ["#6b7280", "#b45309", "#7c3aed"]; // colours
 const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; of a horizontal lever
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
+const LYING_ROOM = 1.2; // in front of a top that may lie on the floor
+const NEAR_FLOOR = -0.02; // height of a floor at the tip, which it does not cover
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
@@ -121,7 +123,8 @@ export class View {
     this.page = page;
     this.body = computeCuboid(page.scene.body);
     this.revolution = fitRevolution(this.body);
-    const isRevolution = !!this.revolution && page.scene.show.solid === "top";
+    const isStanding = page.contact !== null; // on a floor that ends the motion
+    const isRevolution = !!this.revolution && (isStanding || page.scene.show.solid === "top");
     this.isRevolution = isRevolution;
     const { half, centre } = this.body;
     this.bodySize = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
@@ -174,7 +177,8 @@ export class View {
   // sphere. It adapts to the window until the user moves the camera.
   moveHome() {
     const { scene } = this.page;
-    const [low, high] = [this.floor.height, Math.max(this.traceRadius, 2.4)];
+    const room = this.page.contact === null ? 0 : LYING_ROOM;
+    const [low, high] = [this.floor.height - room, Math.max(this.traceRadius, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
@@ -192,7 +196,7 @@ export class View {
     this.cameras[1].updateProjectionMatrix();
     Object.assign(this.world.fog, { near: distance, far: 6 * distance });
     this.orbit.update();
-    Object.assign(this, { isHome: true, lookedAt: low });
+    Object.assign(this, { isHome: true, lookedAt: this.floor.height });
   }
   makeTops(height) {
     for (const top of this.tops) {
@@ -221,6 +225,7 @@ export class View {
   }
   // Return the height of the floor: at the tip, or lower if the body needs room.
   findFloorHeight() {
+    if (this.page.contact !== null) return NEAR_FLOOR;
     if (!this.isRevolution) return FLOOR;
     const limits = this.page.tops.map((top) => top.limits?.greatest ?? Math.PI);
     const findDepth = (angle) => {
@@ -228,7 +233,7 @@ export class View {
       return Math.max(...this.revolution.profile.map(([z, r]) => s * r - c * z));
     };
     const lowest = Math.max(...limits.map(findDepth));
-    return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
+    return Math.max(FLOOR, Math.min(NEAR_FLOOR, -this.zoom * lowest - 0.1));
   }
   makeTop(top, i) {
     const { colour, role, side, track } = top;
@@ -260,10 +265,11 @@ export class View {
     parts.stand = makeStand(-this.floor.height);
     parts.weight = makeArrow(WEIGHT, 0.02);
     parts.torque = makeArrow(TORQUE, 0.028);
+    parts.h = makeArrow(ROTOR, 0.04);
     parts.momentumTrace = makeMomentumTrace("#0d9678");
     const { group, rod, p, drops, weight, torque, momentumTrace } = parts;
     group.add(parts.sphere, rod, p, drops, parts.stand, weight, torque, momentumTrace);
-    parts.body.add(parts.axes);
+    parts.body.add(parts.axes, parts.h);
     return parts;
   }
   // Apply the looks of a scene. Methods stand side by side from left to right.
@@ -298,6 +304,9 @@ export class View {
       if (top.m) [top.m.visible, top.w.visible] = [show.momentum, show.velocity];
       if (top.role !== "thick") return;
       this.drawTorque(top, i);
+      top.h.visible = show.momentum && this.page.scene.rotor.some((x) => x !== 0);
+      top.h.position.set(...this.body.centre).multiplyScalar(this.zoom);
+      top.h.pointTo(...this.page.scene.rotor.map((x) => x * this.momentumZoom));
       top.p.visible = show.vertical && this.page.scene.gravity !== 0;
       top.sphere.visible = show.trace;
       top.axes.visible = show.axes || !!this.isPivotMoving;
@@ -327,7 +336,7 @@ export class View {
     torque.pointTo(...lever.cross(force).multiplyScalar(TORQUE_LENGTH / largest));
     momentumTrace.update(i, this.momentumZoom, scene.show.thickness);
   }
-  // Draw the trace of the motion before a push.
+  // Draw the trace of the motion before a change.
   drawPreviousTrace(top, way, thickness) {
     if (way && !top.before) top.group.add((top.before = makeFaintTrace(top.colour)));
     if (!top.before) return;
@@ -351,6 +360,18 @@ export class View {
     this.renderer.render(this.world, this.camera);
     this.labels.placeLabels(this.pixels, this.covered);
   }
+  // Render a square picture of the home view's width, call `use`, and restore the size.
+  renderSquare(size, use) {
+    const { pixels, footer } = this;
+    const ratio = this.renderer.getPixelRatio();
+    this.renderer.setPixelRatio(1);
+    this.footer = 0;
+    this.setSize(size, size);
+    use();
+    this.renderer.setPixelRatio(ratio);
+    this.footer = footer;
+    this.setSize(...pixels);
+  }
   // Return the labels of a top: at its arrows, circles and name.
   listLabels(top) {
     if (top.role !== "thick") return [];
@@ -362,6 +383,7 @@ export class View {
       nameArrow("m", top.m, "angular momentum"),
       nameArrow("ω", top.w, "angular velocity"),
       nameArrow("p", top.p, "the vertical, as long as gravity is strong"),
+      nameArrow("h", top.h, "momentum of the rotor"),
       nameArrow("weight", top.weight, "the weight, at the centre of mass"),
       nameArrow("torque", top.torque, "torque of the weight: the rate of change of m"),
       ...this.listCircleLabels(top),

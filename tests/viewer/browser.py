@@ -13,6 +13,11 @@ WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pi
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
+UNDAMPED = [  # presets whose energy is constant
+    p["name"]
+    for p in json.loads((ROOT / "python/viewer/presets.json").read_text())
+    if "damping" not in p
+]
 TICKS = 1_000_000  # the viewer counts time in ticks; number of ticks per unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
 # names of the quantities that the viewer records
@@ -164,5 +169,7 @@ def scene_in_python(given, second=False):
         made = kr.Body(
             body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
         )
+    if any(given["rotor"]):
+        made = made.with_rotor(spin=1, inertia=np.linalg.norm(given["rotor"]), axis=given["rotor"])
     start = given["second"] if second else [*given["attitude"], *given["momentum"]]
-    return kr.Scene(made, start[4:], start[:4], given["gravity"])
+    return kr.Scene(made, start[4:], start[:4], given["gravity"], damping=given["damping"])

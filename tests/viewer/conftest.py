@@ -44,7 +44,7 @@ def page(shared):
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;
-        document.getElementById('keys').close();
+        for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
     }""")
     load(shared)

@@ -166,7 +166,7 @@ def test_whatever_scrolls_can_be_scrolled_by_keys(resizable, is_large):
         const {overflowX, overflowY} = getComputedStyle(one), scrolls = /auto|scroll/;
         const isWide = scrolls.test(overflowX) && one.scrollWidth > one.clientWidth;
         const isHigh = scrolls.test(overflowY) && one.scrollHeight > one.clientHeight;
-        return (isWide || isHigh) && one.tabIndex < 0;
+        return (isWide || isHigh) && one.tabIndex < 0 && !one.querySelector('input');
     }).map((one) => one.id || one.className)"""
     )
     reachable = resizable.evaluate("document.querySelectorAll('p[tabindex]').length")

@@ -35,7 +35,7 @@ def other(browser, tmp_path_factory):
 
 def test_a_preset_touches_one_file_and_can_be_chosen(other):
     assert other.house.touched["preset"] == ["python/viewer/presets.json"]
-    other.select_option("#preset", label="Lagrange's top, twice as heavy")
+    other.get_by_role("radio", name="Lagrange's top, twice as heavy").check()
     assert other.evaluate("kreisel.page.scene.gravity") == 2
     assert other.troubles == []
 

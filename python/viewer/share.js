@@ -1,0 +1,99 @@
+// The dialog "Share": a link to the scene, a square picture, and a film of six seconds.
+import { html, render } from "lit-html";
+import { saveFile } from "./downloads.js";
+import { encodeScene } from "./links.js";
+
+const SIZE = 1080; // of the picture and the film, in pixels
+const CAPTION = 0.035; // height of the name in the picture
+const FILM_TYPES = ["video/mp4", "video/webm"];
+
+// Put the link to the scene into the address bar, and offer it to other programs: by the menu of a
+// phone, or by the clipboard.
+async function shareLink(page) {
+  try {
+    history.replaceState(null, "", encodeScene(page.scene));
+  } catch {
+    return page.showMessage("A page in a notebook has no address: save “This page” instead");
+  }
+  const { href } = location;
+  page.showMessage("The address of this page is now a link to this scene");
+  try {
+    if (navigator.share && matchMedia("(pointer: coarse)").matches)
+      return await navigator.share({ title: page.scene.name, url: href });
+    await navigator.clipboard.writeText(href);
+    page.showMessage("Copied: a link to this scene, which is now the address of this page");
+  } catch {
+    // The address bar shows the link.
+  }
+}
+
+// Make a square canvas. `draw` copies the middle of the picture onto it, above the scene's name.
+function makeSquare({ canvas }, { scene }) {
+  const square = Object.assign(document.createElement("canvas"), { width: SIZE, height: SIZE });
+  const paper = square.getContext("2d");
+  const draw = () => {
+    const { width, height } = canvas;
+    const side = Math.min(width, height);
+    paper.drawImage(canvas, (width - side) / 2, (height - side) / 2, side, side, 0, 0, SIZE, SIZE);
+    paper.font = `${CAPTION * SIZE}px system-ui`;
+    paper.fillStyle = getComputedStyle(document.getElementById("about")).color;
+    paper.fillText(scene.name, CAPTION * SIZE, (1 - CAPTION) * SIZE);
+  };
+  return { square, draw };
+}
+
+export class ShareDialog {
+  seconds = 6; // length of a film
+  constructor(place, page, view) {
+    Object.assign(this, { place, page, view, isFilming: false });
+    this.filmType = FILM_TYPES.find((type) => globalThis.MediaRecorder?.isTypeSupported(type));
+  }
+  open() {
+    shareLink(this.page);
+    this.draw();
+    if (!this.place.open) this.place.show();
+  }
+  draw() {
+    const film = this.isFilming ? "Filming …" : `Film of ${this.seconds} seconds`;
+    render(
+      html`<p>Link: in the address of this page, and copied</p><div class="row">
+        <button @click=${() => this.savePicture()}>Square picture</button>
+        <button ?disabled=${this.isFilming} @click=${() => this.saveFilm()}>${film}</button>
+        <button @click=${() => this.place.close()}>Close</button></div>`,
+      this.place,
+    );
+  }
+  savePicture() {
+    const { view, page } = this;
+    view.renderSquare(SIZE, () => {
+      const { square, draw } = makeSquare(view, page);
+      draw();
+      square.toBlob((blob) => saveFile("kreisel.png", blob));
+    });
+  }
+  // Record the picture while the top moves.
+  saveFilm() {
+    const { view, page, filmType } = this;
+    const { square, draw } = makeSquare(view, page);
+    if (!filmType || !square.captureStream)
+      return page.showMessage("This browser cannot record films");
+    const recorder = new MediaRecorder(square.captureStream(30), { mimeType: filmType });
+    recorder.ondataavailable = ({ data }) => saveFile(`kreisel.${filmType.slice(6)}`, data);
+    const end = performance.now() + 1000 * this.seconds;
+    const drawFrame = () => {
+      draw();
+      if (performance.now() < end) return requestAnimationFrame(drawFrame);
+      recorder.stop();
+      view.recording = false;
+      this.isFilming = false;
+      this.draw();
+    };
+    if (page.hasEnded()) page.rewind();
+    page.setRunning(true);
+    recorder.start();
+    view.recording = view.isDirty = true;
+    this.isFilming = true;
+    this.draw();
+    drawFrame();
+  }
+}

@@ -1,0 +1,243 @@
+"""Tests of damped tops, of their end on the floor, of the game about it, and of rotors."""
+
+import json
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import (
+    advance,
+    load,
+    read_message,
+    read_scene,
+    read_states,
+    scene_in_python,
+    visit,
+)
+from scipy.integrate import solve_ivp
+from test_page_numbers import click_exercise, read_numbers
+
+GAME, GYROSCOPE = "How long can it stand?", "Gyroscope"
+
+
+def differentiate(_, state, moments, lever, damping):
+    """Return the derivative of attitude and momentum of a damped top, from the textbook."""
+    w, x, y, z, *m = state
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    rate = turn @ ((turn.T @ m) / moments)
+    apex = turn[:, 2]
+    spin = 0.5 * np.array([-rate @ (x, y, z), *(w * rate + np.cross(rate, (x, y, z)))])
+    return np.concatenate((spin, lever * np.cross((0, 0, 1), apex) - damping * rate))
+
+
+def solve_fall(given, contact):
+    """Return the time at which a top of the viewer reaches the tilt `contact`, by SciPy."""
+    scene = scene_in_python(given)
+    body = scene.body
+
+    def reach(_, state, *_rest):
+        return 1 - 2 * (state[1] ** 2 + state[2] ** 2) - np.cos(contact)
+
+    reach.terminal = True
+    found = solve_ivp(
+        differentiate,
+        (0, 100),
+        [*given["attitude"], *given["momentum"]],
+        "DOP853",
+        events=reach,
+        args=(np.array(body.moments), body.mass * scene.gravity * body.com[2], given["damping"]),
+        rtol=1e-11,
+        atol=1e-11,
+    )
+    return found.t_events[0][0]
+
+
+def read_end(page, top=0):
+    return page.evaluate(f"kreisel.simulation.getEnd({top})")
+
+
+# The end on the floor
+
+
+@pytest.mark.parametrize("exercise", [None, "Start it upright", "Half the friction"])
+def test_time_until_the_rim_meets_the_floor_is_that_of_scipy(page, exercise):
+    load(page, GAME)
+    if exercise:
+        click_exercise(page, exercise)
+        page.evaluate("kreisel.page.rewind()")
+    page.evaluate("kreisel.page.setRunning(true)")
+    advance(page, 90)
+    expected = solve_fall(read_scene(page), page.evaluate("kreisel.page.contact"))
+    assert read_end(page) == pytest.approx(expected, abs=1e-4)
+    assert f"meets the floor at t = {expected:.2f} s" in read_message(page)
+    assert read_numbers(page)["stood"][0] == f"{expected:.2f}"
+    assert page.get_by_role("button", name="Start", exact=True).is_visible()
+
+
+def test_rim_is_on_the_floor_and_not_below(page):
+    load(page, GAME)
+    advance(page, 90)
+    lowest, floor = page.evaluate("""(() => {
+        const {view} = kreisel;
+        view.world.updateMatrixWorld(true);
+        let lowest = Infinity;
+        for (const part of view.tops[0].solid.handles.slice(0, 2)) {
+            const {position} = part.geometry.attributes, at = view.camera.position.clone();
+            for (let k = 0; k < position.count; k++)
+                lowest = Math.min(lowest, part.localToWorld(at.fromBufferAttribute(position, k)).z);
+        }
+        return [lowest, view.floor.height];
+    })()""")
+    assert floor - 0.01 < lowest < floor + 0.08
+
+
+def test_a_large_step_tells_an_interval(page):
+    load(page, GAME, step=[0.5])
+    advance(page, 90)
+    end = solve_fall(read_scene(page), page.evaluate("kreisel.page.contact"))
+    low = np.floor(end / 0.5) * 0.5
+    assert f"between t = {low:g} and {low + 0.5:g} s" in read_message(page)
+
+
+def test_both_tops_of_a_pair_are_named(page):
+    load(page, GAME, second={"tilt": 30, "spin": 20}, methods=["taylor", "taylor"])
+    advance(page, 90)
+    assert "Left: the rim" in read_message(page) and "Right: the rim" in read_message(page)
+    assert read_end(page, 1) < read_end(page, 0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"damping": 0},
+        {"start": {"tilt": 120, "spin": 5}},
+        {"body": {"half": [0.8, 0.8, 0.42], "pivot": [0, 0, 0], "density": 1}},
+    ],
+)
+def test_other_tops_have_no_end(page, changes):
+    load(page, GAME, **changes)
+    assert page.evaluate("kreisel.page.contact") is None
+    advance(page, 60)
+    assert np.isnan(read_end(page)) and read_states(page)[0][0] == 60
+
+
+def test_a_changed_top_stands_again(page):
+    load(page, GAME)
+    advance(page, 90)
+    page.evaluate("kreisel.page.setValue('tilt', 5)")
+    assert np.isnan(read_end(page)) and read_states(page)[0][0] == 0
+    page.get_by_role("button", name="Undo").click()
+    assert read_message(page) == "" or "meets the floor" in read_message(page)
+
+
+# The game
+
+
+def test_longest_time_is_kept_for_the_next_visit(browser):
+    page = visit(browser, reduced_motion="reduce")
+    load(page, GAME)
+    advance(page, 90)
+    first = read_end(page)
+    assert read_message(page).endswith("This is your longest time")
+    load(page, GAME, start={"tilt": 40, "spin": 20})
+    advance(page, 90)
+    assert read_end(page) < first and f"longest time is {first:.2f} s" in read_message(page)
+    page.reload()
+    load(page, GAME)
+    assert read_numbers(page)["stands"][1] == f"longest {first:.2f} s"
+    page.context.close()
+
+
+def test_a_start_with_more_energy_does_not_count(browser):
+    page = visit(browser, reduced_motion="reduce")
+    load(page, GAME, start={"tilt": 15, "spin": 23})
+    advance(page, 90)
+    scene = scene_in_python(read_scene(page))
+    energy = kr.solve(scene, [0.0]).kinetic[0]
+    assert f"It started with {energy:.4g} J" in read_message(page)
+    assert "does not count" in read_message(page) and read_numbers(page)["stood"][1] == ""
+    load(page, GAME, damping=0.01)
+    advance(page, 90)
+    assert "count" not in read_message(page) and "longest" not in read_message(page)
+    page.context.close()
+
+
+# Numbers and files
+
+
+@pytest.mark.parametrize("preset", [GAME, GYROSCOPE])
+def test_states_are_those_of_python(page, preset):
+    load(page, preset)
+    advance(page, 10)
+    expected = kr.solve(scene_in_python(read_scene(page)), [10.0]).states[0]
+    assert read_states(page)[0] == pytest.approx(expected.tolist(), abs=1e-10)
+
+
+@pytest.mark.parametrize("preset", [GAME, GYROSCOPE])
+def test_program_and_toml_have_damping_and_rotor(page, preset, tmp_path):
+    load(page, preset)
+    scene, names = scene_in_python(read_scene(page)), {}
+    exec(page.get_by_label("Equivalent Python program").input_value(), names)
+    assert names["scene"] == scene
+    with page.expect_download() as download:
+        page.get_by_role("button", name="TOML", exact=True).click()
+    assert kr.Scene.from_toml(download.value.path()) == scene
+
+
+def test_a_method_for_undamped_tops_is_replaced(page):
+    page.get_by_role("slider", name="Damping").press("ArrowRight")
+    assert read_scene(page)["methods"] == ["taylor"] and read_scene(page)["tol"] == 1e-15
+    assert "taylor is used instead" in read_message(page)
+
+
+@pytest.mark.parametrize("word", ["damping", "rotor"])
+@pytest.mark.parametrize("bad", [-1, "x", None, [1, 2]])
+def test_bad_numbers_are_refused(page, word, bad):
+    before = read_scene(page)
+    page.evaluate("given => kreisel.page.load({...kreisel.page.scene, ...given})", {word: bad})
+    assert f"{word} cannot be" in read_message(page) and read_scene(page) == before
+
+
+def test_rotor_keeps_the_rates_of_the_body(page):
+    load(page, GYROSCOPE)
+    rates = "kreisel.simulation.getVelocity(0)"
+    before = page.evaluate(rates)
+    field = page.get_by_label("Rotor, number")
+    field.fill("5")
+    field.press("Tab")
+    assert read_scene(page)["rotor"] == [0, 0, 5]
+    assert page.evaluate(rates) == pytest.approx(before, abs=1e-12)
+
+
+def test_rotor_is_an_arrow_at_the_centre_of_mass(page):
+    load(page, GYROSCOPE)
+    exact = kr.exact(scene_in_python(read_scene(page)))
+    assert exact.motion_type == "steady"
+    shown = page.evaluate("""(({h}) => [h.visible, h.tip.position.z / kreisel.view.momentumZoom,
+        h.position.z / kreisel.view.zoom])(kreisel.view.tops[0])""")
+    assert shown == pytest.approx([True, 8, 1.1], rel=1e-6)
+    load(page)
+    assert not page.evaluate("kreisel.view.tops[0].h.visible")
+
+
+# From Python
+
+
+def test_view_shows_damping_and_rotor():
+    body = kr.Body.symmetric(1, 1, 0.4, 0.5).with_rotor(spin=2, inertia=1, axis=(0, 0, 1))
+    scene = kr.Scene(body, momentum=(0, 1, 4), damping=0.1)
+    data = kr.view(scene, open=False).scene
+    assert data["damping"] == 0.1 and data["rotor"] == (0.0, 0.0, 2.0)
+    assert data["methods"] == ["taylor"] and json.dumps(data)
+
+
+def test_view_refuses_a_damping_of_axes():
+    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), damping=(0.1, 0.1, 0))
+    with pytest.raises(ValueError, match="one damping for all axes"):
+        kr.view(scene, open=False)

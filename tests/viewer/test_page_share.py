@@ -1,0 +1,131 @@
+"""Tests of the strip of scenes, of the dialog Share, and of the trace before a change."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import PRESETS, advance, load, read_message, read_scene, scene_in_python, wait_for
+
+STRIP = "[...document.querySelectorAll('#presets svg')]"
+TRACE = '[stroke-width="1.6"]'  # the trace within a picture
+TRACED = ["A spinning top", "Rising top", "Gyroscope"]
+
+
+# The strip
+
+
+@pytest.mark.parametrize("preset", TRACED)
+def test_picture_of_a_scene_is_its_trace(page, preset):
+    load(page, preset)
+    path = kr.exact(scene_in_python(read_scene(page)))(np.arange(240, -1, -1) * 0.05)
+    data = page.evaluate(
+        f"i => {STRIP}[i].querySelector({TRACE!r}).getAttribute('d')",
+        PRESETS.index(preset),
+    )
+    shown = np.array([point.split() for point in data[1:].split("L")], float)
+    x, y, z = path.apex.T
+    seen = np.transpose([x, -(z + y) / np.sqrt(2)])
+    assert shown == pytest.approx(seen, abs=0.03)  # older points are up to 2 % nearer the centre
+
+
+def test_each_scene_has_a_picture_within_its_box(page):
+    inside = page.evaluate(f"""{STRIP}.map((svg) => {{
+        const {{x, y, width, height}} = svg.viewBox.baseVal;
+        return [...svg.querySelectorAll({TRACE!r})].every((p) => {{
+            const box = p.getBBox();
+            return box.width + box.height > 0 && box.x >= x && box.y >= y &&
+                box.x + box.width <= x + width && box.y + box.height <= y + height;
+        }});
+    }})""")
+    assert inside == [True] * len(PRESETS)
+
+
+def test_arrow_keys_choose_a_scene_and_it_is_in_sight(page):
+    load(page, PRESETS[0])
+    page.get_by_role("radio", name=PRESETS[0]).focus()
+    for name in PRESETS[1:8]:
+        page.keyboard.press("ArrowRight")
+        assert read_scene(page)["name"] == name
+    page.evaluate("kreisel.page.setRunning(false)")
+    strip = page.locator("#presets").bounding_box()
+    chosen = page.locator("#presets label:has(:checked)").bounding_box()
+    assert strip["x"] <= chosen["x"]
+    assert chosen["x"] + chosen["width"] <= strip["x"] + strip["width"]
+
+
+# Share
+
+
+@pytest.fixture
+def sharing(page):
+    load(page, "A spinning top")
+    page.keyboard.press("k")
+    yield page
+    page.keyboard.press("Escape")
+    assert not page.locator("#share").is_visible()
+    page.evaluate("history.replaceState(null, '', '#')")
+
+
+def test_square_picture_has_the_whole_top(sharing):
+    before = sharing.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
+    with sharing.expect_download() as download:
+        sharing.get_by_role("button", name="Square picture").click()
+    data = download.value.path().read_bytes()
+    assert data.startswith(b"\x89PNG") and len(data) > 50_000
+    assert [int.from_bytes(data[k : k + 4], "big") for k in (16, 20)] == [1080, 1080]
+    after = sharing.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
+    assert after == before
+
+
+def test_film_runs_and_ends(sharing):
+    sharing.evaluate("kreisel.share.seconds = 1, kreisel.share.draw()")
+    with sharing.expect_download() as download:
+        state = "[kreisel.page.isRunning, document.querySelector('#share :disabled').textContent]"
+        assert sharing.evaluate(f"(kreisel.share.saveFilm(), {state})") == [True, "Filming …"]
+    assert download.value.path().stat().st_size > 1000
+    assert sharing.get_by_role("button", name="Film of").is_enabled()
+    assert not sharing.evaluate("kreisel.view.recording")
+    sharing.evaluate("kreisel.page.setRunning(false), kreisel.share.seconds = 6")
+
+
+def test_film_is_refused_in_words_where_the_browser_has_none(sharing):
+    sharing.evaluate("window.kept = kreisel.share.filmType, kreisel.share.filmType = undefined")
+    sharing.get_by_role("button", name="Film of").click()
+    assert read_message(sharing) == "This browser cannot record films"
+    sharing.evaluate("kreisel.share.filmType = kept")
+
+
+# Before and after a change
+
+
+@pytest.mark.parametrize("change", ["setValue('gravity', 8)", "setValue('tilt', 50)"])
+def test_trace_before_a_change_stays_as_a_faint_line(page, change):
+    load(page, "A spinning top")
+    advance(page, 4)
+    before = page.evaluate("Array.from(kreisel.view.getTrace(0))")
+    page.evaluate(f"kreisel.page.{change}")
+    advance(page, 2)
+    shown = page.evaluate("""(({before}) => [before.visible, before.material.uniforms.opacity.value,
+        Array.from(kreisel.page.previousMotion.ways[0])])(kreisel.view.tops[0])""")
+    assert shown[0] and shown[1] < 0.5 and shown[2] == before
+    page.evaluate("kreisel.page.setValue('chart', 'spin')")
+    assert page.evaluate("kreisel.view.tops[0].before.visible")
+    page.get_by_role("button", name="Undo").click()
+    page.get_by_role("button", name="Undo").click()
+    wait_for(page, "kreisel.page.goal === null")
+    assert not page.evaluate("kreisel.view.tops[0].before?.visible")
+
+
+def test_trace_stays_during_a_drag_and_its_chart_too(page):
+    load(page, "A spinning top")
+    advance(page, 4)
+    x, y = page.evaluate("kreisel.locate('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(1, 5):
+        page.mouse.move(x - 10 * k, y + 3 * k)
+        assert page.evaluate("kreisel.view.tops[0].before.visible")
+    page.mouse.up()
+    advance(page, 1)
+    page.evaluate("kreisel.charts.update()")
+    times = page.evaluate("kreisel.charts.plots[0].data[0]")
+    assert times[0] == -4 and times[-1] == pytest.approx(1, abs=0.02)
