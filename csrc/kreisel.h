@@ -681,6 +681,7 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
  * turned. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
+    size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
     int refusal; /* a kr_kowalewski_refusal */
 } kr_kowalewski;
 #define KR_KOWALEWSKI_BOUND 1e-11
@@ -732,13 +733,13 @@ KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
  * angles are in resonance, the error grows by a rounding error for each radian of the heading. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
+    size_t used; /* as in kr_kowalewski */
     int refusal; /* a kr_chaplygin_refusal */
 } kr_goryachev_chaplygin;
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Computes the closed form of a scene in `memory`, like kr_kowalewski_plan. If `bound` is 0,
- * KR_CHAPLYGIN_BOUND is used. */
+/* Does the same as kr_kowalewski_plan for these tops. Bound 0 stands for KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */

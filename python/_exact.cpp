@@ -49,6 +49,16 @@ class torus_memory
     const kr_kowalewski *kowalewski = nullptr;
     const kr_goryachev_chaplygin *chaplygin = nullptr;
 
+    // Moves a plan to memory of the size that it uses.
+    template <class Plan> void move(const Plan *&plan)
+    {
+        const size_t used = plan->used / sizeof(double) + 1;
+        std::unique_ptr<double[]> copy(new double[used]);
+        std::memcpy(copy.get(), doubles.get(), plan->used);
+        doubles = std::move(copy);
+        size = used * sizeof(double);
+        plan = reinterpret_cast<const Plan *>(doubles.get());
+    }
     void *allocate(size_t bytes)
     {
         if (bytes > size) doubles.reset(new double[bytes / sizeof(double) + 1]);
@@ -80,6 +90,18 @@ class torus_memory
                head.certificate, head.mismatch, kr_kowalewski_refusal_text(head.refusal)};
         return status;
     }
+    // Frees the memory of the set-up. Without a plan, frees all memory.
+    void shrink()
+    {
+        if (kowalewski)
+            move(kowalewski);
+        else if (chaplygin)
+            move(chaplygin);
+        else {
+            doubles.reset();
+            size = 0;
+        }
+    }
     bool is_planned() const { return kowalewski || chaplygin; }
     void states(size_t n, const double *t, kr_state *out) const
     {
@@ -99,6 +121,7 @@ static py::tuple torus_plan(const kr_scene &scene, double bound)
     auto memory = std::make_unique<torus_memory>();
     torus_head head;
     const kr_status status = memory->plan(scene, bound, head);
+    memory->shrink();
     return py::make_tuple(name_of(status), head.refusal,
                           py::make_tuple(head.first, head.second, head.precession),
                           head.certificate, head.mismatch, std::move(memory));

@@ -351,6 +351,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
         set_heading(plan, way.attitude);
         head->certificate = certify_plan(plan, &top, memory->work.tail, way.attitude);
         bring_back(plan, &way, &scene->start, own);
+        head->used = kr_chaplygin_form.used_size(plan);
         if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))
             refusal = KR_CHAPLYGIN_CERTIFICATE;
     }

@@ -82,6 +82,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     const double moment = 0.03125 / (1.0 + sqrt(fabs(memory->work.curve.h.hi)));
     head->certificate = fmax(head->certificate, miss_of_plan(plan, &top, moment, way.attitude));
     bring_back(plan, &way, scene->start.t, own);
+    head->used = kr_kowalewski_form.used_size(plan);
     if (head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)) return KR_OK;
     head->refusal = (int)name_motion(&top, KR_KOWALEWSKI_CERTIFICATE);
     return KR_ERR_METHOD;

@@ -5,7 +5,7 @@
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_dual.h"
 
-/* Certificate above which dual sums are tried. */
+/* Error of the sums above which dual sums are tried. */
 #define CANCELLED 2e-14
 
 /* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
@@ -24,8 +24,8 @@ typedef struct kowalewski_work {
     kowalewski_roots roots;
     theta_work theta;
     dual_work dual;
-    double start[2]; /* theta1 and theta2 at the start */
-    double rate_miss;
+    double start[2];              /* theta1 and theta2 at the start */
+    double rate_miss, separatrix; /* see find_heading and separatrix_error */
 } kowalewski_work;
 
 /* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
@@ -306,10 +306,10 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     }
     return 1;
 }
-/* Returns the certificate of the sums. It is the largest of four errors: the ratio of the last
- * singular values, the misfit of the angular velocity, the asymmetry of B, and the error of the
- * heading's rate. */
-static double certificate_of(const kowalewski_work *w)
+/* Returns the error of the sums. It is the largest of four errors: the ratio of the last singular
+ * values, the misfit of the angular velocity, the asymmetry of B, and the error of the heading's
+ * rate. */
+static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
@@ -376,7 +376,8 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
-    if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;
+    w->separatrix = separatrix_error(o);
+    if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
     /* The formulas of a start have the distances as divisors. */
@@ -394,10 +395,10 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     make_samples(w, t->sample);
     dd heading;
     kr_kowalewski_refusal refusal = make_sums(w, top->state, plan, &heading);
-    const double certificate = refusal ? INFINITY : certificate_of(w);
+    const double error = refusal ? INFINITY : error_of_sums(w);
     /* The sums above have lost digits to cancellation, or there are none. */
-    if (!(certificate < CANCELLED)) {
-        if (make_dual_sums(w, top->state, plan, &heading) && certificate_of(w) < certificate)
+    if (!(error < CANCELLED)) {
+        if (make_dual_sums(w, top->state, plan, &heading) && error_of_sums(w) < error)
             refusal = KR_KOWALEWSKI_PLANNED;
         else if (refusal == KR_KOWALEWSKI_PLANNED)
             refusal = make_sums(w, top->state, plan, &heading);
@@ -409,7 +410,9 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
         phase_start(&plan->torus.turn[i],
                     i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
-    plan->head.certificate = certificate_of(w);
+    /* The last number is the error of the frequencies after 1000 radians. It matters only near
+     * separatrices, where a rounding error of the start changes the motion far more. */
+    plan->head.certificate = fmax(error_of_sums(w), 1e3 * w->separatrix);
     return KR_KOWALEWSKI_PLANNED;
 }
 #endif

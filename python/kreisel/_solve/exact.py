@@ -31,10 +31,11 @@ from .._options.methods import (
     methods,
     resolve_method,
 )
-from .._options.solve_options import SolveOptions
-from .._options.times import check_horizon
+from .._options.solve_options import Progress, SolveOptions
+from .._options.times import check_horizon, time_array
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
+from .._results.recorder import record_path
 from .._utils.validation import (
     Array,
     Numbers,
@@ -459,6 +460,21 @@ def _exact_torus(scene: Scene) -> ExactTorus:
     has_theta = scene.body.kind == "kowalewski"
     form = ExactKowalewski if has_theta else ExactGoryachevChaplygin
     return form(scene, *rates, np.empty(0), frequencies, certificate, mismatch, plan)
+
+
+def record_exact_tangents(
+    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
+) -> Path:
+    """Solve a scene by its closed form on a torus, with tangents, and return the path.
+
+    Raises ValueError as a call of ExactTorus with tangents does.
+    """
+    times = time_array(t, options.step, None, options.size + 2 * 48 * options.tangent_columns)
+    check_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
+    check_tangent_times(scene, times)
+    path = record_path(scene, options, times, progress)
+    data = compute_torus_tangents(scene, path.states, options.tangents, _compute_states)
+    return replace(path, _tangent_data=data)
 
 
 def _compute_states(scene: Scene, t: Array) -> Array:

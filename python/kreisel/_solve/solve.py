@@ -16,6 +16,7 @@ from .._results.recorder import record_path
 from .._results.requests import solve_request
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
+from .exact import record_exact_tangents
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
@@ -93,7 +94,8 @@ def solve(
                with the last time [T]; an exception in it stops the run
     events     taylor only: an event of kreisel.events or a list of events; path.events has the
                occurrences. A terminal event ends the path
-    tangents   taylor only: one or several of "start", "moments", "com", "gravity", "mass",
+    tangents   taylor, and exact for a Kowalewski or Goryachev-Chaplygin top as in
+               kreisel.ExactTorus: one or several of "start", "moments", "com", "gravity", "mass",
                "damping". path.tangents has the derivatives of the states with respect to these,
                path.derivative those of a quantity. The states are bitwise equal to those without
                tangents, unless strong damping requires shorter steps for the tangents. Tops of an
@@ -193,7 +195,8 @@ def _solve_checked(
 ) -> Path:
     """Solve a scene whose options or times need validation, or more than one call of the core."""
     if options.tangents:
-        return record_tangents(scene, options, t, progress)
+        record = record_exact_tangents if options.method.exact else record_tangents
+        return record(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.size)
     end = float(times[-1]) if times.size else 0.0
     if options.error is not None:

@@ -9,7 +9,7 @@ from typing import Literal
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.methods import FALLBACK, Method
+from .._options.methods import FALLBACK, Method, has_torus
 from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
 from .._options.times import check_horizon, time_array
 from .._results.path import Path, make_path, progress_text, stop_exception
@@ -17,6 +17,7 @@ from .._results.recorder import report_end
 from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
+from .torus_tangents import check_tangent_names
 
 TangentName = Literal[
     "start",
@@ -84,13 +85,16 @@ def parse_tangent_options(
     """Return the options of a path with tangents.
 
     `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
-    in `excluded` is given.
+    in `excluded` is given, and if the method does not compute these tangents of this scene.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     reject_with_tangents(excluded)
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
-    check_computes_tangents(options.method)
+    if options.method.exact and has_torus(top):
+        check_tangent_names(names)
+    else:
+        check_computes_tangents(options.method)
     parse_every(options.method, every)
     return replace(options, tangents=names)
 
