@@ -214,6 +214,14 @@ def test_the_command_writes_the_scene_and_the_table(files):
     assert (files / "fit.svg").read_text().count("<path") > 20
 
 
+def test_the_command_takes_the_place_of_an_accelerometer(files):
+    words = "--column specific_force=wx,wy,wz --time time --sigma 5 --free velocity"
+    inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
+    assert call(f"{inputs} --point 0,0,0.5").startswith("Fit of 3 parameters to 900 numbers")
+    assert "specific_force needs --point" in call(inputs, code=2)
+    assert "--point must be 3 numbers" in call(f"{inputs} --point 1,2", code=2)
+
+
 @pytest.mark.parametrize(
     "words, message",
     [
