@@ -84,7 +84,7 @@ FILES = ["top.npz", "top.toml", "top.run", "top.csv", "top.html", "new"]
 RIGHT = {
     **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b", "given"], ATTITUDES),
     **dict.fromkeys(
-        ["com", "pivot", "by", "normal", "v", "momentum", "velocity", "impulse"], VECTORS
+        ["com", "pivot", "by", "normal", "v", "point", "momentum", "velocity", "impulse"], VECTORS
     ),
     **dict.fromkeys(["body_momentum", "body_velocity", "angles", "rates", "value"], VECTORS),
     **dict.fromkeys(["inertia", "inertia_about_com"], INERTIAS),

@@ -51,7 +51,10 @@ SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
 
 CALLS = calls()
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:no body has this inertia", "ignore:.*unphysical", "ignore:the fit did not converge"
+    "ignore:no body has this inertia",
+    "ignore:.*unphysical",
+    "ignore:the fit did not converge",
+    "ignore:No motion of this scene fits",
 )
 
 

@@ -1,6 +1,8 @@
 """Tests of kreisel.fit: values, errors, blind directions, bounds and units."""
 
 import pickle
+import runpy
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
@@ -247,6 +249,14 @@ def test_steady_precession_tells_little_and_says_so():
     noise = 0.01 * np.random.default_rng(1).normal(size=(200, 3))
     fit = kr.fit(steady, kr.Record(t, {"apex": kr.solve(steady, t).apex + noise}, 0.01))
     assert fit.nonlinearity > 0.3 and "not normal" in str(fit)
+
+
+def test_the_moments_of_toutatis_agree_with_the_published_ones():
+    """Compare with Takahashi, Busch and Scheeres (2013), who used five flybys."""
+    [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
+    found = runpy.run_path(str(example))["fit"].moment_ratios
+    for (value, error), published in zip(found.values(), (3.0836, 3.235), strict=True):
+        assert abs(value - published) < 2.0 * error < 0.3
 
 
 def test_scatter_has_the_covariance(fit):

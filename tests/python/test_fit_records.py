@@ -31,6 +31,8 @@ W = [[1.0, 2.0, 3.0]] * 3
             r"t\[2\] = 0.1 follows t\[1\] = 0.2",
         ),
         ([0.0, np.nan, 0.1], {"spin": T}, r"t must be finite, not t\[1\]"),
+        (T, {"spin": [1.0, 1e150, 2.0]}, r"spin is up to 1e\+150: choose units"),
+        (T, {"spin": [0.0, 1e-150, 0.0]}, "spin is up to 1e-150: choose units"),
     ],
 )
 def test_invalid_measurements_are_refused(t, values, message):
@@ -136,6 +138,7 @@ def test_a_csv_file_is_a_record(tmp_path, separator):
         ("time,spin\n0,1\n", "unknown column of times 't'; did you mean 'time'|known are time"),
         ("t,rpm\n0,1\n", "unknown quantity in the name of a column: 'rpm'.*or pass columns"),
         ("t,spin\n0,one\n", "row 1 has 'one', which is no number"),
+        ("t;spin\n0;0,5\n", "row 1 has '0,5', .*; write decimal points"),
         ("t,spin\n0,1,2\n", "row 1 has 3 fields instead of 2"),
         ("t,spin,spin\n0,1,2\n", "two columns have the same name"),
         ("t,spin\n0,\n", "no measurement"),
@@ -146,6 +149,18 @@ def test_invalid_files_are_refused(tmp_path, text, message):
     file.write_text(text)
     with pytest.raises(ValueError, match=message):
         kr.Record.from_csv(file)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "record.csv").write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(ValueError, match="is not a CSV file in UTF-8"):
+        kr.Record.from_csv(tmp_path / "record.csv")
+
+
+def test_a_sigma_is_not_needed_where_nothing_was_measured():
+    values, sigma = [1.0, np.nan, 2.0], [0.1, np.nan, 0.2]
+    [series] = kr.Record(T, {"spin": values}, sigma).series
+    assert series.sigma[:, 0].tolist() == [0.1, 1.0, 0.2]
 
 
 def test_columns_nobody_knows_are_refused(tmp_path):

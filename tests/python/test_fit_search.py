@@ -7,7 +7,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from cli_helpers import call
-from fits import GUESS, HEAVY, SIGMA, gyroscope, ratios
+from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, gyroscope, ratios
 from kreisel._fit.rotations import exponential, multiply_quaternions
 
 FREE = ("start", "moments", "com")
@@ -137,6 +137,61 @@ def test_a_start_where_nothing_moves_is_left():
     assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all()
 
 
+def turning(t, free=("start", "moments"), factor=1.0):
+    """Return a fit of attitudes of the symmetric top, which makes 3.2 turns a second."""
+    rng = np.random.default_rng(0)
+    turns = exponential(0.01 * rng.normal(size=(len(t), 3)))
+    q = multiply_quaternions(kr.solve(SYMMETRIC, t).q, turns)
+    start = SYMMETRIC.replace(momentum=np.array(SYMMETRIC.momentum) * factor)
+    return kr.fit(start, kr.Record(t, {"q": q}, 0.01), free)
+
+
+def test_another_spin_that_fits_as_well_is_named():
+    fit = turning(0.2 * np.arange(100))
+    assert fit.has_converged and fit.unidentified == () and len(fit.ambiguous) == 1
+    faster = np.linalg.norm(kr.solve(fit.scene, [0.0]).body_velocity) + 2.0 * np.pi / 0.2
+    named = float(fit.ambiguous[0].split("angular velocity ")[1].split()[0])
+    assert abs(named - faster) < 0.1 and "Ambiguous: the spin:" in str(fit)
+
+
+@pytest.mark.parametrize(
+    "t, free",
+    [
+        (0.02 * np.arange(100), ("start", "moments")),
+        (0.2 * np.arange(100), "start"),
+        (np.sort(np.random.default_rng(2).uniform(0.0, 20.0, 100)), ("start", "moments")),
+    ],
+    ids=["many samples a turn", "known moments", "irregular times"],
+)
+def test_a_spin_that_is_determined_is_not_called_ambiguous(t, free):
+    fit = turning(t, free)
+    assert fit.ambiguous == () and "Ambiguous" not in str(fit)
+    assert abs(fit.values["body_velocity_z"] - 20.0) < 4.0 * fit.error["body_velocity_z"] < 0.05
+
+
+def test_a_start_with_another_spin_is_left_if_the_moments_are_known():
+    fit = turning(0.2 * np.arange(100), "start", 1.0 + 2.0 * np.pi / 0.2 / 20.0)
+    assert abs(fit.values["body_velocity_z"] - 20.0) < 4.0 * fit.error["body_velocity_z"] < 0.05
+
+
+@pytest.mark.parametrize("sigma", [0.02, None])
+def test_noise_that_no_motion_fits_is_said(sigma):
+    noise = 5.0 * np.random.default_rng(0).normal(size=(60, 3))
+    record = kr.Record(np.linspace(0.0, 3.0, 60), {"body_velocity": noise}, sigma)
+    with pytest.warns(UserWarning, match="No motion of this scene fits the records"):
+        fit = kr.fit(GUESS, record, FREE)
+    assert fit.misfit > 0.5 and fit.evaluations < 1000
+    assert "No motion of this scene fits the records: the residuals are" in str(fit)
+
+
+def test_large_noise_of_known_size_is_no_misfit():
+    noise = 20.0 * np.random.default_rng(0).normal(size=(300, 3))
+    values = kr.solve(HEAVY, np.linspace(0.0, 3.0, 300)).body_velocity + noise
+    record = kr.Record(np.linspace(0.0, 3.0, 300), {"body_velocity": values}, 20.0)
+    fit = kr.fit(HEAVY, record, "velocity")
+    assert fit.misfit > 0.5 and "No motion" not in str(fit)
+
+
 @pytest.fixture
 def files(tmp_path):
     record = gyroscope()
@@ -157,6 +212,14 @@ def test_the_command_writes_the_scene_and_the_table(files):
     assert call(inputs, "--save", "-").startswith("# Fit of 12 parameters")
     call(inputs, "--plot", files / "fit.svg")
     assert (files / "fit.svg").read_text().count("<path") > 20
+
+
+def test_the_command_takes_the_place_of_an_accelerometer(files):
+    words = "--column specific_force=wx,wy,wz --time time --sigma 5 --free velocity"
+    inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
+    assert call(f"{inputs} --point 0,0,0.5").startswith("Fit of 3 parameters to 900 numbers")
+    assert "specific_force needs --point" in call(inputs, code=2)
+    assert "--point must be 3 numbers" in call(f"{inputs} --point 1,2", code=2)
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,7 @@ def test_dir_lists_what_a_path_has(words):
     use = {
         "euler": lambda: path.euler(),
         "scene_at": lambda: path.scene_at(0),
+        "specific_force": lambda: path.specific_force((1, 0, 0)),
         "modified_energy": lambda: path.modified_energy(0.1),
         "modified_energy4": lambda: path.modified_energy4(0.1),
         "plot": lambda: (path.apex, path.nutation, path.precession_angle),

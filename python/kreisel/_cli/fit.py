@@ -16,10 +16,10 @@ from .._fit.records import INSTRUMENT, InstrumentName, Record
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write
 from .output_files import FILE, check_outputs
-from .parsers import A_SCENE, UsageError, complete_list, names, translate_errors
+from .parsers import A_SCENE, UsageError, complete_list, names, numbers, translate_errors
 from .parsers import scene as a_scene
 
-_OPTIONS = ("free", "sigma", "loss", "pieces")
+_OPTIONS = ("free", "sigma", "loss", "pieces", "point")
 _NOT_CONVERGED = 1  # exit code
 
 
@@ -84,6 +84,12 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     shell_complete=complete_list(INSTRUMENT),
     help="Properties of the instrument to estimate: bias, scale, mounting, delay.",
 )
+@click.option(
+    "--point",
+    type=numbers,
+    metavar="X,Y,Z",
+    help="Place of an accelerometer, which measures specific_force, in the frame of the body.",
+)
 @click.option("--degrees", is_flag=True, help="Angles and rates in the file are in degrees.")
 @click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: with outliers.")
 @click.option("--pieces", type=int, help="Pieces of a chaotic motion; default: as needed.")
@@ -98,6 +104,7 @@ def fit(
     time: str,
     sigma: tuple[str, ...],
     instrument: list[str],
+    point: list[float] | None,
     degrees: bool,
     loss: LossName,
     pieces: int | None,
@@ -115,7 +122,7 @@ def fit(
     stopped: FitInterrupted | None = None
     with translate_errors(_OPTIONS):
         own = cast(list[InstrumentName], [word for word in instrument if word])
-        measured = _read_record(record, _parse_columns(columns), time, sigma, own, degrees)
+        measured = _read_record(record, _parse_columns(columns), time, sigma, own, degrees, point)
         try:
             found: Fit | None = estimate(
                 scene, measured, cast(list[FreeName], free), loss=loss, pieces=pieces
@@ -137,10 +144,11 @@ def _read_record(
     sigma: tuple[str, ...],
     instrument: list[InstrumentName],
     degrees: bool,
+    point: list[float] | None,
 ) -> Record:
     try:
         return Record.from_csv(
-            file, columns, time, _parse_sigmas(sigma), instrument, degrees=degrees
+            file, columns, time, _parse_sigmas(sigma), instrument, degrees=degrees, point=point
         )
     except OSError as error:
         raise UsageError(str(error)) from None

@@ -117,13 +117,13 @@ def _run_sessions(
             best = _nearer(best, make_fit(session))
     if best is None:
         raise _no_motion_error(sessions[0])
-    if not best.has_converged:
+    if is_misfit(best):
+        warn(describe_misfit(best))
+    elif not best.has_converged:
         warn(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a nearer guess"
         )
-    if is_misfit(best):
-        warn(describe_misfit(best))
     return best
 
 

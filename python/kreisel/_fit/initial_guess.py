@@ -28,6 +28,7 @@ from .motion_data import ApexTrace, MotionData, read_apexes, read_motions
 from .parameters import Parameters, Point, point_of_scene
 from .records import Record
 from .rotations import (
+    conjugate_quaternions,
     cross_matrix,
     multiply_quaternions,
     quaternion_of_matrix,
@@ -324,9 +325,8 @@ def _guess_with_spin(
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
     turn = tilt_to(axis)
-    attitude = np.array(
-        [multiply_quaternions(tilt_to(e / np.linalg.norm(e)), turn * [1, -1, -1, -1]) for e in apex]
-    )
+    tilts = tilt_to(apex / np.linalg.norm(apex, axis=1)[:, None])
+    attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along
     velocity = np.cross(apex, change) + spin * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]

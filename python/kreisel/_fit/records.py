@@ -37,6 +37,7 @@ Columns = Mapping[str, str | Sequence[str]]
 
 INSTRUMENT: tuple[InstrumentName, ...] = ("bias", "scale", "mounting", "delay")
 _UNIT_RTOL = 1e-3  # measured quaternions may differ from unit quaternions by rounding to 3 digits
+_LARGEST = 1e100  # largest value, and inverse of the smallest
 _MANY_TURNS = 4.0 * np.pi  # a larger measured angle is probably in degrees [rad]
 _KNOWN = QUANTITIES | MEASURABLE
 _PARTS = {c: (name, k) for name, q in _KNOWN.items() for k, c in enumerate(q.components)}
@@ -281,6 +282,12 @@ def _parse_series(
     numbers = given.reshape(len(t), -1)
     if np.isinf(numbers).any():
         raise ValueError(f"{name} must be finite, or NaN where nothing was measured")
+    largest = float(np.nanmax(np.abs(numbers), initial=0.0))
+    if largest > _LARGEST or 0.0 < largest < 1.0 / _LARGEST:
+        raise ValueError(
+            f"{name} is up to {largest:g}: choose units in which its squares are in the range of "
+            "doubles"
+        )
     measured: Mask = np.logical_not(np.isnan(numbers))
     if quantity == "q":
         numbers, measured = _normalize_attitudes(numbers, measured)
@@ -295,7 +302,7 @@ def _parse_series(
         )
     unit = np.pi / 180.0 if degrees and quantity == "q" else unit
     width = 3 if quantity == "q" else numbers.shape[1]
-    deviation = _parse_sigma(name, sigma, (len(t), width), unit)
+    deviation = _parse_sigma(name, sigma, measured[:, :width], unit)
     return Series(name, quantity, part, numbers, measured, deviation, unit)
 
 
@@ -310,7 +317,9 @@ def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
     return q / norm[:, None], np.repeat(whole[:, None], 4, axis=1)
 
 
-def _parse_sigma(name: str, sigma: Sigma, shape: tuple[int, int], unit: float) -> Array | None:
+def _parse_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
+    """Return the standard deviations, which are 1 where nothing was measured."""
+    shape = measured.shape
     given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
     if given is None:
         return None
@@ -324,6 +333,7 @@ def _parse_sigma(name: str, sigma: Sigma, shape: tuple[int, int], unit: float) -
         raise ValueError(
             f"{label} must be a number or broadcast to {shape}, not {short_repr(given)}"
         ) from None
+    numbers = np.where(measured, numbers, 1.0)
     if not (np.isfinite(numbers) & (numbers > 0.0)).all():
         raise ValueError(f"{label} must be positive and finite; leave it out if it is unknown")
     return numbers * unit

@@ -88,12 +88,14 @@ def quaternion_of_matrix(matrix: Array) -> Array:
 
 
 def tilt_to(direction: Array) -> Array:
-    """Return the quaternion of the shortest rotation from e3 to a unit vector (3,)."""
-    x, y, z = direction
-    sine = float(np.hypot(x, y))
-    if not sine > 0.0:
-        return np.array([1.0, 0.0, 0.0, 0.0] if z > 0.0 else [0.0, 1.0, 0.0, 0.0])
-    return exponential(np.array([-y, x, 0.0]) * (np.arctan2(sine, z) / sine))
+    """Return the quaternions (..., 4) of the shortest rotations from e3 to unit vectors."""
+    x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
+    sine = np.hypot(x, y)
+    is_vertical = sine == 0.0
+    factor = np.arctan2(sine, z) / np.where(is_vertical, 1.0, sine)
+    made = exponential(np.stack((-y * factor, x * factor, np.zeros_like(x)), axis=-1))
+    made[is_vertical & (z < 0.0)] = [0.0, 1.0, 0.0, 0.0]
+    return made
 
 
 def inverse_left_jacobian(v: Array) -> Array:

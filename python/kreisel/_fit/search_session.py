@@ -182,7 +182,7 @@ class SearchSession:
             if self._is_excellent():
                 return
             self._search_from(point, agreement)
-        if not self._is_excellent() and self.loss == "linear":
+        if points and not self._is_excellent() and self.loss == "linear":
             self._search_slowly(points[0][2])
 
     def _search_slowly(self, point: Point) -> None:
@@ -277,7 +277,9 @@ class SearchSession:
     def _find_alias(self) -> None:
         """Search with other spins that look alike between samples; keep a clearly better one."""
         best = self.best
-        if best is None or best.pieces or best.cost > _RELATED * self.dof:
+        if best is None or best.cost > _RELATED * self.dof:
+            return
+        if best.pieces and self._is_good():
             return
         spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))

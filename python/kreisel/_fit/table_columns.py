@@ -21,11 +21,7 @@ _DELIMITERS = ",;\t"
 def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     """Read the columns of a CSV file; empty fields are NaN."""
     name = os.fspath(file)
-    with open(name, encoding="utf-8-sig", newline="") as text:
-        head = text.readline()
-        delimiter = max(_DELIMITERS, key=head.count)
-        text.seek(0)
-        rows = [row for row in csv.reader(text, delimiter=delimiter) if any(map(str.strip, row))]
+    rows = _read_rows(name)
     if len(rows) < 2:
         raise ValueError(f"{name}: a line of names and a line of numbers are needed")
     names = [word.strip() for word in rows[0]]
@@ -39,11 +35,28 @@ def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     return {word: numbers[:, k] for k, word in enumerate(names)}
 
 
+def _read_rows(name: str) -> list[list[str]]:
+    """Return the fields of all rows that are not empty."""
+    with open(name, encoding="utf-8-sig", newline="") as text:
+        try:
+            head = text.readline()
+            delimiter = max(_DELIMITERS, key=head.count)
+            text.seek(0)
+            return [
+                row for row in csv.reader(text, delimiter=delimiter) if any(map(str.strip, row))
+            ]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise ValueError(f"{name} is not a CSV file in UTF-8: {error}") from None
+
+
 def _parse_field(file: str, row: int, word: str) -> float:
     try:
         return float(word) if word.strip() else np.nan
     except ValueError:
-        raise ValueError(f"{file}: row {row} has {short_repr(word)}, which is no number") from None
+        hint = "; write decimal points, not commas" if "," in word else ""
+        raise ValueError(
+            f"{file}: row {row} has {short_repr(word)}, which is no number{hint}"
+        ) from None
 
 
 def columns_of_frame(frame: DataFrame, t: str) -> dict[str, Array]:

@@ -1,0 +1,129 @@
+"""Tests of the specific force at a point of the body, as a quantity and in fits."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from fits import GUESS, HEAVY, gyroscope, ratios
+from mpmath import mp, mpf
+
+PLACE = (0.4, -0.7, 0.5)
+SIGMA = 0.05
+SCALE = "the scale of the moments: moments, damping and com may all have one factor"
+HEADING = "the heading: a rotation of the start about the vertical"
+SCENES = {
+    "heavy": HEAVY,
+    "damped": HEAVY.replace(damping=(0.1, 0.25, 0.4)),
+    "free": HEAVY.replace(gravity=0.0),
+    "upward gravity": HEAVY.replace(gravity=-2.0),
+    "turned": HEAVY.replace(body=HEAVY.body.turn((0.6, 0.48, 0.0, 0.64))),
+    "with a rotor": HEAVY.replace(
+        body=HEAVY.body.with_rotor(spin=5.0, inertia=0.3, axis=(1.0, 2.0, -1.0))
+    ),
+}
+
+
+def turn(q, v):
+    """Return the vector v rotated by the quaternion q, which need not be a unit quaternion."""
+    w, x, y, z = q
+    square = w * w + x * x + y * y + z * z
+    rows = (
+        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    return [sum(a * b for a, b in zip(row, v, strict=True)) / square for row in rows]
+
+
+def specific_force_by_differences(scene, t, step=2.0**-12):
+    """Return the second difference of the place in space, minus gravity, in the body's frame."""
+    times = [t + k * step for k in range(-3, 4)]
+    path = kr.solve(scene, times, digits=30)
+    q = [
+        [mpf(high) + mpf(low) for high, low in zip(*words, strict=True)]
+        for words in zip(path.q.tolist(), path.q_low.tolist(), strict=True)
+    ]
+    places = [turn(each, [mpf(x) for x in PLACE]) for each in q]
+    weights = [mpf(w) / 180 for w in (2, -27, 270, -490, 270, -27, 2)]
+    total = [sum(w * p[i] for w, p in zip(weights, places, strict=True)) for i in range(3)]
+    force = [x / mpf(step) ** 2 for x in total]
+    force[2] += mpf(scene.gravity)
+    w, x, y, z = q[3]
+    return np.array([float(f) for f in turn((w, -x, -y, -z), force)])
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_the_specific_force_is_the_acceleration_of_the_point_minus_gravity(scene):
+    with mp.workdps(40):
+        truth = specific_force_by_differences(scene, 0.5)
+    found = kr.solve(scene, [0.5]).specific_force(PLACE)[0]
+    assert np.abs(found - truth).max() < 1e-11 * np.abs(truth).max()
+
+
+def test_the_fixed_point_shows_the_vertical():
+    path = kr.solve(HEAVY, [0.0, 1.0])
+    assert (path.specific_force((0, 0, 0)) == 9.81 * path.body_vertical).all()
+
+
+@pytest.mark.parametrize("point", [None, (1, 2), (1, 2, np.nan), "abc", 3.0])
+def test_invalid_points_are_refused(point):
+    with pytest.raises((TypeError, ValueError), match="point"):
+        kr.solve(HEAVY, [0.0]).specific_force(point)
+    with pytest.raises((TypeError, ValueError), match="point"):
+        kr.Record([0.0], {"specific_force": [[1.0, 2.0, 3.0]]}, point=point)
+
+
+def test_a_point_without_an_accelerometer_is_refused():
+    with pytest.raises(ValueError, match="values has no specific_force"):
+        kr.Record([0.0], {"spin": [1.0]}, point=PLACE)
+
+
+def accelerometer(scene=HEAVY, seed=1, **words):
+    t = np.linspace(0.0, 3.0, 200)
+    noise = SIGMA * np.random.default_rng(seed).normal(size=(200, 3))
+    values = kr.solve(scene, t).specific_force(PLACE) + noise
+    return kr.Record(t, {"specific_force": values}, SIGMA, point=PLACE, **words)
+
+
+@pytest.mark.parametrize("instruments", ["accelerometer near the truth", "both without a start"])
+def test_an_accelerometer_determines_what_a_gyroscope_does(instruments):
+    is_alone = instruments.startswith("accelerometer")
+    records = [accelerometer()] if is_alone else [gyroscope(), accelerometer()]
+    fit = kr.fit(HEAVY if is_alone else GUESS, records, ("start", "moments", "com"))
+    found, error = fit.error_of(ratios)
+    assert fit.unidentified == (SCALE, HEADING) and 0.8 < fit.chi2 / fit.dof < 1.2
+    assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.001).all()
+
+
+def test_an_accelerometer_tells_gravity_from_the_lever():
+    records = [gyroscope(), accelerometer()]
+    free = ("start", "com", "gravity")
+    assert "gravity against com" in kr.fit(HEAVY, records[0], free).unidentified[0]
+    fit = kr.fit(HEAVY.replace(gravity=9.7), records, free)
+    assert fit.unidentified == (HEADING,)
+    for name, value in (("gravity", 9.81), ("com_z", 0.4)):
+        assert abs(fit.values[name] - value) < 4.0 * fit.error[name] < 0.02
+
+
+def test_the_pieces_of_a_record_keep_its_point():
+    single, pieces = (kr.fit(HEAVY, accelerometer(), pieces=k) for k in (1, 3))
+    assert len(pieces.piece_starts) == 3
+    assert abs(pieces.values["I1"] - single.values["I1"]) < 0.05 * single.error["I1"]
+
+
+def test_bias_and_mounting_of_an_accelerometer_are_fitted():
+    fit = kr.fit(HEAVY, accelerometer(free=("bias", "mounting")))
+    for name, error in fit.error.items():
+        if name.startswith(("bias", "mounting")):
+            assert abs(fit.values[name]) < 4.0 * error < 0.2
+
+
+def test_an_accelerometer_is_read_from_a_file(tmp_path):
+    record, file = accelerometer(), tmp_path / "accelerometer.csv"
+    head = ",".join(["t", *(f"specific_force_{axis}" for axis in "xyz")])
+    table = np.column_stack((record.t, record.series[0].values))
+    np.savetxt(file, table, fmt="%.17g", delimiter=",", header=head, comments="")
+    read = kr.Record.from_csv(file, point=PLACE)
+    assert (read.series[0].values == record.series[0].values).all()
+    assert (read.point == PLACE).all() and not read.point.flags.writeable
+    with pytest.raises(ValueError, match=r"specific_force needs point=\(x, y, z\)"):
+        kr.Record.from_csv(file)
