@@ -3,7 +3,7 @@
 // are blocks of bytes.
 #include <string>
 #include <vector>
-#include "arrays.hpp"
+#include "paths.hpp"
 
 static py::ssize_t rows(const doubles &a, py::ssize_t width)
 {
@@ -31,13 +31,6 @@ static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Funct
         function(size_t(end - i), in + i, to + width * i);
     });
     return out;
-}
-static std::vector<py::ssize_t> shape_of(const kr_quantity *quantity)
-{
-    const auto width = py::ssize_t(kr_quantity_doubles(quantity));
-    if (width == 1) return {};
-    if (width == 9) return {3, 3};
-    return {width};
 }
 static doubles values(const std::string &name, const kr_scene &scene, const doubles &states)
 {

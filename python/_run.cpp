@@ -266,19 +266,13 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
     return py::make_tuple(name_of(status),
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
-// Returns all states of a run in one call. A single number t means the two times 0 and t. Returns
-// None if Python must validate the times: if they are not plain numbers, not all below `most`, not
-// leading away from 0, or more than `limit`.
-static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
-                         int digits, int64_t max_steps, bool leave_heading, const py::object &t,
-                         double most, py::ssize_t limit, const py::object &progress, double begin,
-                         const py::object &low)
+// Returns all states of a run at validated times in one call.
+static py::tuple record(const kr_scene &scene, const std::string &method, double step, double tol,
+                        int digits, int64_t max_steps, bool leave_heading, const doubles &t,
+                        const py::object &progress, double begin, const py::object &low)
 {
     given_times times;
-    if (!times.take(t)) return py::none();
-    times.begin_at(0.0);
-    if (py::ssize_t(times.size()) > limit || !times.are_below(most) || !times.lead_away())
-        return py::none();
+    times.take(t);
     run once;
     const steering how = {method_of(method), step, tol, digits, max_steps, leave_heading, 0};
     const kr_status status = once.start(scene, how, times.end() < 0.0, {begin, low});
@@ -537,7 +531,6 @@ void bind_run(py::module_ &m)
           "begin"_a = 0.0, "low"_a = py::none());
     m.def("plain_times", plain_times, "t"_a);
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
-          "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
-          "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none(),
-          "begin"_a = 0.0, "low"_a = py::none());
+          "leave_heading"_a, "t"_a, "progress"_a = py::none(), "begin"_a = 0.0,
+          "low"_a = py::none());
 }

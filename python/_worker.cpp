@@ -23,9 +23,10 @@ class mover
     using owned = std::unique_ptr<kr_worker, void (*)(kr_worker *)>;
     owned core{nullptr, kr_worker_free};
     size_t reductions;
+    bool has_closed_forms; // the method is exact, or 'auto'
     std::vector<kr_scene> scenes;
     std::vector<kr_outcome> outcomes;
-    std::vector<kr_state> scratch;
+    std::vector<kr_state> scratch; // states of tops of which only quantities are wanted
 
     // Runs n tops of a task; their results begin at row `at`.
     void move(const task &asked, size_t at, size_t n)
@@ -38,9 +39,9 @@ class mover
         these.scenes = scenes.data();
         these.outcomes = outcomes.data();
         if (these.own_times) these.t += at * (asked.event ? 1 : times);
-        these.states = to.states            ? to.states + at * times
-                       : to.columns.empty() ? nullptr
-                                            : scratch.data();
+        these.states = to.states         ? to.states + at * times
+                       : scratch.empty() ? nullptr
+                                         : scratch.data();
         these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
         if (asked.event)
             kr_worker_section(core.get(), asked.event, &these);
@@ -66,7 +67,8 @@ class mover
 
     mover(const kr_method *method, kr_config config, const std::vector<kr_reduction> &kept,
           std::shared_ptr<work> with)
-        : reductions(kept.size())
+        : reductions(kept.size()),
+          has_closed_forms(!method || (kr_method_flags(method) & KR_METHOD_INTEGRABLE))
     {
         waiting.shared = std::move(with);
         config.poll = patience::poll;
@@ -85,7 +87,10 @@ class mover
     void go(const task &asked)
     {
         const size_t n = asked.n, times = asked.these.times, most = 512, memory = 1 << 18;
-        const bool lean = !asked.to.states && !asked.to.columns.empty();
+        // Closed forms of several tops are evaluated together if their states are stored. With more
+        // times this would gain little.
+        const bool in_batches = has_closed_forms && !asked.event && times <= 64;
+        const bool lean = !asked.to.states && (!asked.to.columns.empty() || in_batches);
         size_t piece = std::min(n, most);
         if (lean) piece = std::min(piece, std::max(size_t(8), memory / (times + 1)));
         work *shared = waiting.shared && waiting.shared->threads ? waiting.shared.get() : nullptr;
@@ -93,7 +98,7 @@ class mover
         failed.clear();
         scenes.resize(piece);
         outcomes.resize(piece);
-        if (lean) scratch.resize(piece * times);
+        scratch.resize(lean ? piece * times : 0);
         size_t at = 0, count = std::min(piece, n);
         const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
         for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))

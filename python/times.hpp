@@ -1,5 +1,5 @@
-// Times and other numbers that need no further validation. Python validates all other times and writes the error
-// messages.
+// Times and other numbers that need no further validation. Python validates all others and writes
+// the error messages.
 #pragma once
 #include <cmath>
 #include <cstring>

@@ -61,9 +61,7 @@ def record_states(
     `progress` is either a function called with the time reached, or a Work that can stop the run.
     """
     begin, low = origin
-    result = record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
-    assert result is not None
-    return result
+    return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
 
 
 def record_unordered(
