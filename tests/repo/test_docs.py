@@ -1,17 +1,20 @@
 """Tests of the site that work without building the site; `make docs` builds it."""
 
+import io
 import re
 import sys
 
 import kreisel as kr
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from PIL import Image
 from toolbox import CSRC, ROOT, run
 
 sys.path.insert(0, str(ROOT / "docs"))
-from making import PARTS, code_blocks, landmarks
+from making import PARTS, code_blocks, landmarks, thumbnails
 from making.code_blocks import make_focusable
-from making.docstrings import as_rest
+from making.docstrings import as_rest, signature
 from making.header import functions
 
 DOCS = ROOT / "docs"
@@ -168,3 +171,27 @@ def test_side_bars_have_names():
     named = landmarks.add_names("".join(bars))
     assert all(f'aria-label="{name}"' in named for name in landmarks.NAMES.values())
     assert landmarks.add_names(named) == named and landmarks in PARTS
+
+
+def test_signatures_have_the_types_that_the_sources_name():
+    text, result = signature(None, "function", "solve", kr.solve, None, "(scene, t)", None)
+    assert text.startswith("(scene: Scene | Ensemble, t: Numbers,") and result == "Path | Paths"
+    method = kr.Path.plot
+    text, result = signature(None, "method", "Path.plot", method, None, "(axes)", None)
+    assert text.startswith("(axes: ") and result == "Picture"
+    assert signature(None, "class", "Path", kr.Path, None, "(q)", None) == ("", None)
+    assert "kwargs" not in text and "_" not in result
+
+
+def test_a_thumbnail_is_one_panel_of_its_figure():
+    figure, panels = plt.subplots(1, 2, figsize=(8, 4))
+    panels[0].set_facecolor("red")
+    panels[1].set_facecolor("lime")
+    box = thumbnails.find_panel(figure)
+    file = io.BytesIO()
+    figure.savefig(file)
+    plt.close(figure)
+    picture = thumbnails.cut(Image.open(file), box)
+    assert picture.size == thumbnails.SIZE
+    colours = {picture.getpixel((x, y)) for x in (5, 200, 395) for y in (5, 140, 275)}
+    assert colours == {(0, 255, 0)}
