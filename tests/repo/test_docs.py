@@ -189,7 +189,7 @@ def test_a_thumbnail_is_one_panel_of_its_figure():
     panels[1].set_facecolor("lime")
     box = thumbnails.find_panel(figure)
     file = io.BytesIO()
-    figure.savefig(file)
+    figure.savefig(file, format="png")
     plt.close(figure)
     picture = thumbnails.cut(Image.open(file), box)
     assert picture.size == thumbnails.SIZE
