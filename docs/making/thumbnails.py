@@ -4,16 +4,27 @@ A scraper remembers where the panels are while the figure exists. The thumbnails
 examples have run.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-from PIL import Image
+from PIL import Image, ImageOps
 
 from .gallery import LAST, figure_of
 
 SIZE = (400, 280)  # [pixel]
-PANELS = {}  # {example: number of its panel}, for figures whose largest panel is not the best one
-boxes = {}  # {image file: (left, upper, right, lower) relative to the figure}
+PANELS = {
+    "sections": 1
+}  # {example: number of its panel}, if its last largest panel is not the best
+panels = {}  # {image file: panel}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The place of a panel in its figure."""
+
+    box: tuple  # (left, upper, right, lower), relative to the figure
+    has_axes: bool  # False for a picture, which is shown whole
 
 
 def setup(app):
@@ -28,19 +39,20 @@ def scraper(block, block_vars, gallery_conf):
     figure = plt.figure(numbers[0]) if numbers else shown
     if len(paths) == 0 and figure is not None:
         file = Path(paths.image_path.format(1))
-        boxes[file] = find_panel(figure, PANELS.get(Path(block_vars["src_file"]).stem))
+        panels[file] = find_panel(figure, PANELS.get(Path(block_vars["src_file"]).stem))
     return ""
 
 
 def find_panel(figure, number=None):
-    """Return the box of the numbered panel, or of the last one among the largest."""
+    """Return the numbered panel, or the last one among the largest."""
     figure.canvas.draw()
     width, height = figure.bbox.size
     areas = [axes.get_window_extent() for axes in figure.axes]
     if number is None:
         number = max(range(len(areas)), key=lambda i: (round(area_of(areas[i]), -3), i))
     box = areas[number]
-    return (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
+    place = (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
+    return Panel(place, figure.axes[number].axison)
 
 
 def area_of(box):
@@ -48,19 +60,19 @@ def area_of(box):
 
 
 def cut_thumbnails(app):
-    for file, box in boxes.items():
+    for file, panel in panels.items():
         if file.exists():
             name = file.name.replace("_001.png", "_thumb.png")
-            cut(Image.open(file), box).save(file.parent / "thumb" / name)
+            cut(Image.open(file).convert("RGB"), panel).save(file.parent / "thumb" / name)
 
 
-def cut(image, box):
-    """Return a panel of an image, cut further to the shape of a thumbnail, about its centre."""
-    left, upper, right, lower = (x * size for x, size in zip(box, 2 * image.size, strict=True))
-    scale = min((right - left) / SIZE[0], (lower - upper) / SIZE[1])
-    across, down = (scale * size / 2 for size in SIZE)
-    x, y = (left + right) / 2, (upper + lower) / 2
-    panel = image.convert("RGB").crop(
-        tuple(round(edge) for edge in (x - across, y - down, x + across, y + down))
-    )
-    return panel.resize(SIZE, Image.Resampling.LANCZOS)
+def cut(image, panel):
+    """Return a panel in the size of a thumbnail.
+
+    A chart fills the thumbnail and is cut about its centre. A picture is shown whole.
+    """
+    box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
+    shown = image.crop(box)
+    if panel.has_axes:
+        return ImageOps.fit(shown, SIZE)
+    return ImageOps.pad(shown, SIZE, color="white")

@@ -166,6 +166,14 @@ def test_code_blocks_can_be_scrolled_by_keys():
     assert code_blocks in PARTS
 
 
+def test_signatures_and_anchors_are_no_lists_and_links():
+    lines = '<span class="sig-paren">(</span><dl>\n<dd>a, </dd>\n<dd>b</dd>\n</dl>'
+    flat = code_blocks.flatten_signatures(lines)
+    assert "<d" not in flat and flat.count('<span class="sig-line">') == 2
+    anchor = '<a id="line-1" name="line-1" href="#line-1"></a>'
+    assert code_blocks.drop_empty_links(anchor) == '<a id="line-1" name="line-1"></a>'
+
+
 def test_side_bars_have_names():
     bars = [f'<aside class="{kind}">' for kind in landmarks.NAMES]
     named = landmarks.add_names("".join(bars))
@@ -187,11 +195,11 @@ def test_a_thumbnail_is_one_panel_of_its_figure():
     figure, panels = plt.subplots(1, 2, figsize=(8, 4))
     panels[0].set_facecolor("red")
     panels[1].set_facecolor("lime")
-    box = thumbnails.find_panel(figure)
+    panel = thumbnails.find_panel(figure)
     file = io.BytesIO()
     figure.savefig(file, format="png")
     plt.close(figure)
-    picture = thumbnails.cut(Image.open(file), box)
+    picture = thumbnails.cut(Image.open(file).convert("RGB"), panel)
     assert picture.size == thumbnails.SIZE
     colours = {picture.getpixel((x, y)) for x in (5, 200, 395) for y in (5, 140, 275)}
     assert colours == {(0, 255, 0)}
