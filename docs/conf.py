@@ -44,7 +44,8 @@ html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
 
-autodoc_typehints = "none"  # docstrings tell what is taken, with shape and unit
+autodoc_typehints = "none"  # `making.docstrings` writes the types as the sources name them
+maximum_signature_line_length = 80
 autosummary_generate = False  # the pages in api/ describe all names
 autodoc_member_order = "bysource"
 autodoc_default_options = {
@@ -53,6 +54,8 @@ autodoc_default_options = {
 }
 # Formulas, plain words and code stand in the docstrings; `making.docstrings` makes reST of them.
 nitpick_ignore_regex = [
+    # Types in signatures, which api/index.md explains.
+    (r"py:class", r"[A-Za-z]\w*|os\.PathLike|npt?\.\w+"),
     # The indices of other projects are not read: the site is made without a network.
     (r"py:.*", r"(numpy|scipy|matplotlib|pandas|xarray|pyarrow|concurrent|collections|typing)\..*"),
     # What every reader of Python knows.
@@ -66,12 +69,12 @@ sphinx_gallery_conf = {
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "subsection_order": [
-        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "fits", "practice")
+        f"examples/{part}" for part in ("chaos", "free", "tops", "practice", "fits", "numerics")
     ],
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("matplotlib", "making.gallery.scraper"),
+    "image_scrapers": ("making.thumbnails.scraper", "matplotlib", "making.gallery.scraper"),
     "reset_modules": ("matplotlib", "making.gallery.style"),
     "capture_repr": ("_repr_html_",),
     "write_computation_times": False,

@@ -1,8 +1,8 @@
 """Extensions of Sphinx for the site.
 
 They render plain-text docstrings, formulas as MathML, the C header with an index, and the
-interactive viewer with a scene. They run the programs of the pages, and name the side bars. They
-also copy the report if it exists, and check links.
+interactive viewer with a scene. They run the programs of the pages, name the side bars, and cut
+thumbnails. They also copy the report if it exists, and check links.
 """
 
 from pygments.lexers import TextLexer
@@ -17,9 +17,21 @@ from . import (
     live,
     report,
     run_blocks,
+    thumbnails,
 )
 
-PARTS = (code_blocks, docstrings, formulas, header, landmarks, links, live, report, run_blocks)
+PARTS = (
+    code_blocks,
+    docstrings,
+    formulas,
+    header,
+    landmarks,
+    links,
+    live,
+    report,
+    run_blocks,
+    thumbnails,
+)
 
 
 def setup(app):

@@ -1,4 +1,10 @@
-"""Keyboard access: the Tab key reaches all that may be wider than the page, to scroll it."""
+"""Changes of the pages for keyboards and screen readers.
+
+The Tab key reaches all that may be wider than the page, to scroll it. Signatures in several lines
+are no lists of definitions, and the anchors of lines of code are no links.
+"""
+
+import re
 
 SCROLLED = ("<pre", '<div class="formula"', '<div class="table-wrapper')
 
@@ -9,7 +15,8 @@ def setup(app):
 
 def update_page(app, pagename, templatename, context, doctree):
     if "body" in context:
-        context["body"] = make_focusable(context["body"])
+        body = make_focusable(context["body"])
+        context["body"] = drop_empty_links(flatten_signatures(body))
 
 
 def make_focusable(body):
@@ -18,3 +25,19 @@ def make_focusable(body):
         tag, space, more = begin.partition(" ")
         body = body.replace(begin, f'{tag} tabindex="0"{space}{more}')
     return body
+
+
+def flatten_signatures(body):
+    """Return HTML in which the parameters of a signature are lines and no definitions."""
+
+    def flatten(found):
+        lines = found[1].replace("<dd>", '<span class="sig-line">').replace("</dd>", "</span>")
+        return f'<span class="sig-paren">(</span><span class="sig-lines">{lines}</span>'
+
+    begin = re.escape('<span class="sig-paren">(</span>')
+    return re.sub(rf"{begin}\s*<dl>(.*?)</dl>", flatten, body, flags=re.DOTALL)
+
+
+def drop_empty_links(body):
+    """Return HTML in which the anchors of lines of code lead nowhere."""
+    return re.sub(r'(<a id="(line-\d+)" name="\2") href="#\2"></a>', r"\1></a>", body)

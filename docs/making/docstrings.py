@@ -8,6 +8,7 @@ import inspect
 import re
 
 import kreisel as kr
+from sphinx.util.inspect import stringify_signature
 
 ROW = re.compile(r"(\S.{0,60}?)\s{2,}(\S.*)")
 MADE_BY_USERS = {"Body", "Bodies", "Scene", "Ensemble"}
@@ -86,10 +87,31 @@ def link(found):
 
 
 def signature(app, what, name, thing, options, given, returned):
-    """Return no signature for classes that kreisel creates and users only read."""
+    """Return the signature with its types, as the sources name them.
+
+    Classes that kreisel creates and users only read have no signature.
+    """
     if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
         return "", None
-    return None
+    if what not in {"class", "function", "method"} or not given:
+        return None
+    found = inspect.signature(thing)
+    shown = [simplify(p) for p in found.parameters.values() if p.name != "self"]
+    text = stringify_signature(inspect.Signature(shown))
+    result = found.return_annotation
+    is_typed = isinstance(result, str) and what != "class"
+    return make_public(text), make_public(result) if is_typed else None
+
+
+def simplify(parameter):
+    """Return a parameter; the types of further keyword arguments are in the docstring."""
+    is_more = parameter.kind == inspect.Parameter.VAR_KEYWORD
+    return parameter.replace(annotation=inspect.Parameter.empty) if is_more else parameter
+
+
+def make_public(text):
+    """Return a text in which names of private types have no underscore."""
+    return re.sub(r"\b_(?=[A-Z])", "", text)
 
 
 def bases(app, name, thing, options, found):

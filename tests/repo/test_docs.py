@@ -1,17 +1,20 @@
 """Tests of the site that work without building the site; `make docs` builds it."""
 
+import io
 import re
 import sys
 
 import kreisel as kr
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from PIL import Image
 from toolbox import CSRC, ROOT, run
 
 sys.path.insert(0, str(ROOT / "docs"))
-from making import PARTS, code_blocks, landmarks
+from making import PARTS, code_blocks, landmarks, thumbnails
 from making.code_blocks import make_focusable
-from making.docstrings import as_rest
+from making.docstrings import as_rest, signature
 from making.header import functions
 
 DOCS = ROOT / "docs"
@@ -163,8 +166,40 @@ def test_code_blocks_can_be_scrolled_by_keys():
     assert code_blocks in PARTS
 
 
+def test_signatures_and_anchors_are_no_lists_and_links():
+    lines = '<span class="sig-paren">(</span><dl>\n<dd>a, </dd>\n<dd>b</dd>\n</dl>'
+    flat = code_blocks.flatten_signatures(lines)
+    assert "<d" not in flat and flat.count('<span class="sig-line">') == 2
+    anchor = '<a id="line-1" name="line-1" href="#line-1"></a>'
+    assert code_blocks.drop_empty_links(anchor) == '<a id="line-1" name="line-1"></a>'
+
+
 def test_side_bars_have_names():
     bars = [f'<aside class="{kind}">' for kind in landmarks.NAMES]
     named = landmarks.add_names("".join(bars))
     assert all(f'aria-label="{name}"' in named for name in landmarks.NAMES.values())
     assert landmarks.add_names(named) == named and landmarks in PARTS
+
+
+def test_signatures_have_the_types_that_the_sources_name():
+    text, result = signature(None, "function", "solve", kr.solve, None, "(scene, t)", None)
+    assert text.startswith("(scene: Scene | Ensemble, t: Numbers,") and result == "Path | Paths"
+    method = kr.Path.plot
+    text, result = signature(None, "method", "Path.plot", method, None, "(axes)", None)
+    assert text.startswith("(axes: ") and result == "Picture"
+    assert signature(None, "class", "Path", kr.Path, None, "(q)", None) == ("", None)
+    assert "kwargs" not in text and "_" not in result
+
+
+def test_a_thumbnail_is_one_panel_of_its_figure():
+    figure, panels = plt.subplots(1, 2, figsize=(8, 4))
+    panels[0].set_facecolor("red")
+    panels[1].set_facecolor("lime")
+    panel = thumbnails.find_panel(figure)
+    file = io.BytesIO()
+    figure.savefig(file, format="png")
+    plt.close(figure)
+    picture = thumbnails.cut(Image.open(file).convert("RGB"), panel)
+    assert picture.size == thumbnails.SIZE
+    colours = {picture.getpixel((x, y)) for x in (5, 200, 395) for y in (5, 140, 275)}
+    assert colours == {(0, 255, 0)}

@@ -128,7 +128,7 @@ def describe_kind(kind, groups):
     target = max(1e-9, equal_error.tightest_common_error(own, peer))
     value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
-        f"{ensemble_runs.SERIES.name} moves {1 / seconds:.0f} {kind} tops per second with a median "
+        f"{ensemble_runs.SERIES.name} moves {1 / seconds:,.0f} {kind} tops per second with a median "
         f"error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
         "batches of eight"
     )
@@ -137,7 +137,7 @@ def describe_kind(kind, groups):
     closed = groups[ensemble_runs.CLOSED.name]
     value, _, seconds = equal_error.time_ratio(peer, closed, 1e-6)
     return (
-        f"{said}; the closed form moves {1 / seconds:.0f} with {format_power(closed[0].middle)} "
+        f"{said}; the closed form moves {1 / seconds:,.0f} with {format_power(closed[0].middle)} "
         f"rad, {format_brief(value)} times as many as heyoka with 1e-6."
     )
 

@@ -1,0 +1,78 @@
+"""Thumbnails of the gallery: one panel of each example's first figure, without its labels.
+
+A scraper remembers where the panels are while the figure exists. The thumbnails are cut after all
+examples have run.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+from PIL import Image, ImageOps
+
+from .gallery import LAST, figure_of
+
+SIZE = (400, 280)  # [pixel]
+PANELS = {
+    "sections": 1
+}  # {example: number of its panel}, if its last largest panel is not the best
+panels = {}  # {image file: panel}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The place of a panel in its figure."""
+
+    box: tuple  # (left, upper, right, lower), relative to the figure
+    has_axes: bool  # False for a picture, which is shown whole
+
+
+def setup(app):
+    app.connect("builder-inited", cut_thumbnails, priority=900)  # after sphinx-gallery
+
+
+def scraper(block, block_vars, gallery_conf):
+    """Remember the panel of an example's first figure, which the next scrapers save."""
+    paths = block_vars["image_path_iterator"]
+    numbers = plt.get_fignums()
+    shown = figure_of(block_vars["example_globals"].get(LAST))
+    figure = plt.figure(numbers[0]) if numbers else shown
+    if len(paths) == 0 and figure is not None:
+        file = Path(paths.image_path.format(1))
+        panels[file] = find_panel(figure, PANELS.get(Path(block_vars["src_file"]).stem))
+    return ""
+
+
+def find_panel(figure, number=None):
+    """Return the numbered panel, or the last one among the largest."""
+    figure.canvas.draw()
+    width, height = figure.bbox.size
+    areas = [axes.get_window_extent() for axes in figure.axes]
+    if number is None:
+        number = max(range(len(areas)), key=lambda i: (round(area_of(areas[i]), -3), i))
+    box = areas[number]
+    place = (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
+    return Panel(place, figure.axes[number].axison)
+
+
+def area_of(box):
+    return box.width * box.height
+
+
+def cut_thumbnails(app):
+    for file, panel in panels.items():
+        if file.exists():
+            name = file.name.replace("_001.png", "_thumb.png")
+            cut(Image.open(file).convert("RGB"), panel).save(file.parent / "thumb" / name)
+
+
+def cut(image, panel):
+    """Return a panel in the size of a thumbnail.
+
+    A chart fills the thumbnail and is cut about its centre. A picture is shown whole.
+    """
+    box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
+    shown = image.crop(box)
+    if panel.has_axes:
+        return ImageOps.fit(shown, SIZE)
+    return ImageOps.pad(shown, SIZE, color="white")
