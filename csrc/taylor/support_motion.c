@@ -224,6 +224,7 @@ static void clear_support(kr_series s[2])
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].rub, 0, sizeof s->rub);
+        s[i].sway[0] = s[i].sway[1] = 0.0; /* also used without shaking */
         s[i].slides = s[i].holds = 0.0;
     }
 }
