@@ -17,6 +17,15 @@ static inline int kr_support_moves(const kr_scene *scene)
 double kr_support_rate(const kr_motion *motion, kr_vec3 W);
 /* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
+/* Returns the lever to which G refers, in the units of the motion. Writes the parts of G: the
+ * constant part, and the factor of the cosine. */
+vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
+/* Writes the cosine and the sine of the shaking at the time `end` + `low`, in units of 1 / rate. */
+void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
+                      dd *sine);
+/* Sets the position of the support at the end of the last step of a series, where the next step
+ * begins. */
+void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the steps by the rates of the support. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Finds out whether the top slides or is held by friction at the start. */

@@ -95,6 +95,10 @@ def parse_tangent_options(
         check_tangent_names(names)
     else:
         check_computes_tangents(options.method)
+    if top.friction:
+        raise ValueError("tangents do not support tops with friction: its stop has no derivatives")
+    if "friction" in names:
+        raise ValueError("there are no tangents by the friction: its stop has no derivatives")
     parse_every(options.method, every)
     return replace(options, tangents=names)
 
