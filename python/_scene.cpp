@@ -10,31 +10,39 @@ template <size_t n> static bool numbers_of(const py::handle &given, double (&to)
     std::memcpy(to, row.data(), sizeof to);
     return true;
 }
-// Returns the block of a scene, with its momentum, attitude, gravity and damping as Python stores
-// them. Returns None if an argument does not consist of plain numbers. Returns the name of the
-// status if the scene is invalid.
+static py::tuple vector_of(const double (&v)[3]) { return py::make_tuple(v[0], v[1], v[2]); }
+// Returns the numbers of a scene as Python stores them, and its block: momentum, attitude, gravity,
+// damping, turning, shaking, friction, block. Returns None if an argument does not consist of plain
+// numbers. Returns the name of the status if the scene is invalid. Arguments may be None, except
+// momentum and gravity.
 static py::object scene(const kr_body &body, const py::object &momentum, const py::object &attitude,
-                        const py::object &gravity, const py::object &damping)
+                        const py::object &gravity, const py::object &damping,
+                        const py::object &turning, const py::object &shaking,
+                        const py::object &friction)
 {
-    double m[3], q[4] = {1.0, 0.0, 0.0, 0.0}, d[3] = {0.0, 0.0, 0.0}, g;
+    double m[3], q[4] = {1.0, 0.0, 0.0, 0.0}, d[3] = {}, u[3] = {}, k[3] = {}, f = 0.0, g;
     if (!plain_number(gravity.ptr(), g) || !numbers_of(momentum, m)) return py::none();
     if (!attitude.is_none() && !numbers_of(attitude, q)) return py::none();
     if (!damping.is_none() && !numbers_of(damping, d)) return py::none();
+    if (!turning.is_none() && !numbers_of(turning, u)) return py::none();
+    if (!shaking.is_none() && !numbers_of(shaking, k)) return py::none();
+    if (!friction.is_none() && !plain_number(friction.ptr(), f)) return py::none();
     const kr_scene s = {body,
                         g,
                         {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}},
                         {d[0], d[1], d[2]},
-                        {0.0, 0.0, 0.0},
-                        {0.0, 0.0, 0.0},
-                        0.0};
+                        {u[0], u[1], u[2]},
+                        {k[0], k[1], k[2]},
+                        f};
     const kr_status status = kr_scene_check(&s);
     if (status != KR_OK) return py::str(name_of(status));
-    return py::make_tuple(py::make_tuple(m[0], m[1], m[2]), py::make_tuple(q[0], q[1], q[2], q[3]),
-                          g, py::make_tuple(d[0], d[1], d[2]), block_of(s));
+    return py::make_tuple(vector_of(m), py::make_tuple(q[0], q[1], q[2], q[3]), g, vector_of(d),
+                          vector_of(u), vector_of(k), f, block_of(s));
 }
 
 void bind_scene(py::module_ &m);
 void bind_scene(py::module_ &m)
 {
-    m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a, "damping"_a);
+    m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a, "damping"_a,
+          "turning"_a, "shaking"_a, "friction"_a);
 }

@@ -317,14 +317,21 @@ static void derivatives_of_tops(const std::string &name, const tops &all, const 
         }
     });
 }
-// Returns true if the method supports a scene with this body, gravity and damping.
-// Without gravity, the answer does not depend on the start.
+// Returns true if a scene has neither damping nor friction, and its support is at rest.
+static bool is_undisturbed(const kr_scene &scene)
+{
+    const kr_vec3 d = scene.damping, u = scene.turning;
+    return d.x == 0.0 && d.y == 0.0 && d.z == 0.0 && u.x == 0.0 && u.y == 0.0 && u.z == 0.0 &&
+           scene.shaking.amplitude == 0.0 && scene.friction == 0.0;
+}
+// Returns true if the method supports a scene with this body and environment. Without gravity, the
+// answer does not depend on the start.
 static bool suits_some_start(const kr_method *method, const kr_scene &scene)
 {
     if (scene.gravity == 0.0 || !(kr_method_flags(method) & KR_METHOD_INTEGRABLE))
         return kr_method_suits(method, &scene);
-    const kr_vec3 d = scene.damping;
-    return d.x == 0.0 && d.y == 0.0 && d.z == 0.0 && kr_method_applies(method, &scene.body);
+    if (!is_undisturbed(scene)) return kr_method_suits(method, &scene);
+    return kr_method_applies(method, &scene.body);
 }
 // Returns the index of the first top that the method does not support, and the number of such tops.
 // Starts are not checked. The method exact, which depends on the start, reports the starts without

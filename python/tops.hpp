@@ -95,20 +95,22 @@ inline bool has_torus(const kr_scene &scene)
 // Scenes, with the fields of a kr_scene in its order.
 class tops
 {
-    columns<11> fields;
+    columns<14> fields;
 
   public:
-    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping.
+    // Mass, moments, centre of mass, axes, inertia_rtol, rotor; gravity; t, q, m; damping, turning,
+    // shaking, friction.
     tops(const std::vector<size_t> &shape, const py::list &arrays)
-        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3})
+        : fields(shape, arrays, {1, 3, 3, 4, 1, 3, 1, 1, 4, 3, 3, 3, 3, 1})
     {
     }
     size_t size() const { return fields.size(); }
-    // Returns true if all members have the same body, gravity and damping.
+    // Returns true if all members have the same body and environment.
     bool differ_in_starts_alone() const
     {
-        bool shared = fields.is_shared(10);
+        bool shared = true;
         for (size_t k = 0; k < 7; k++) shared = shared && fields.is_shared(k);
+        for (size_t k = 10; k < 14; k++) shared = shared && fields.is_shared(k);
         return shared;
     }
 
@@ -116,8 +118,7 @@ class tops
     void fill(size_t begin, size_t end, kr_scene *out) const
     {
         fields.walk(begin, end, [&](size_t, const double *numbers) {
-            *out = kr_scene{};
-            std::memcpy(out++, numbers, offsetof(kr_scene, turning));
+            std::memcpy(out++, numbers, sizeof *out);
         });
     }
     // Returns the index of the first invalid scene and its status; KR_OK if all are valid.
@@ -126,8 +127,8 @@ class tops
         std::pair<size_t, kr_status> found{size(), KR_OK};
         in_pieces(py::ssize_t(size()), [&](py::ssize_t begin, py::ssize_t end) {
             fields.walk(size_t(begin), size_t(end), [&](size_t i, const double *numbers) {
-                kr_scene scene = {};
-                std::memcpy(&scene, numbers, offsetof(kr_scene, turning));
+                kr_scene scene;
+                std::memcpy(&scene, numbers, sizeof scene);
                 const kr_status status =
                     found.second == KR_OK ? kr_scene_check(&scene) : found.second;
                 if (status != found.second) found = {i, status};

@@ -77,8 +77,15 @@ def body_from_tensor(
 ) -> tuple[str, bytes, bool]: ...
 def body_kind(body: bytes, rtol: float) -> str: ...
 def scene(
-    body: bytes, momentum: object, attitude: object, gravity: object, damping: object
-) -> tuple[_Vector, _Quaternion, float, _Vector, bytes] | str | None: ...
+    body: bytes,
+    momentum: object,
+    attitude: object,
+    gravity: object,
+    damping: object,
+    turning: object,
+    shaking: object,
+    friction: object,
+) -> tuple[_Vector, _Quaternion, float, _Vector, _Vector, _Vector, float, bytes] | str | None: ...
 
 class Tops:
     def __init__(self, shape: Sequence[int], columns: list[_Array]) -> None: ...

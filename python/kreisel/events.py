@@ -39,9 +39,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
-from ._model.bodies import Bodies
-from ._model.body import Body
-from ._model.scene import Scene
+from ._model.environment import refuse_disturbances
+from ._model.scene import Ensemble, Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
 from ._utils.errors import unknown_name_message
@@ -211,13 +210,17 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
     return crossing(twice | {f"body_velocity_{i}": -0.5 * h for i, h in linear if h}, value, **more)
 
 
-def refuse_kinetic(body: Body | Bodies, events: Iterable[Event]) -> None:
-    """Raise ValueError if an event is `kinetic` without the rotor that a body has."""
+def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
+    """Raise ValueError if an event `kinetic` is not the kinetic energy of these tops.
+
+    The event must have the rotor of the body, and the support must not turn.
+    """
     half = {term for term in _terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
-    if np.any(body.rotor) and any(
-        half == {term for term in event.terms if term[1] and term[2]}
-        and not any(of and not times for _, of, times in event.terms)
-        for event in events
+    kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
+    if kinetics and np.any(tops.turning):
+        raise ValueError("kinetic does not support turning supports")
+    if np.any(tops.body.rotor) and any(
+        not any(of and not times for _, of, times in event.terms) for event in kinetics
     ):
         raise ValueError(
             "kinetic needs the rotor of this body: kreisel.events.kinetic(value, rotor=body.rotor)"
@@ -235,9 +238,11 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
     ValueError for a body without torque and with two equal moments, because there is no separatrix.
-    Also raises ValueError for a body without torque that has a rotor.
+    Also raises ValueError for a body without torque that has a rotor, and for a support that moves.
     """
     check_type("scene", scene, Scene)
+    if scene._is_shaken or any(scene.turning):
+        refuse_disturbances(scene, "the unstable equilibrium is not known for tops")
     if scene.gravity and any(scene.body.com):
         if "direction" in more:
             raise TypeError("under gravity a separatrix has its own direction: leave direction out")

@@ -22,7 +22,7 @@ const writeDoubles = (pointer, numbers) => (
 const writeBody = ({ mass, moments, com, axes, rotor }) =>
   writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
 function writeScene(body, { gravity, damping, turning, friction }, q, m) {
-  const support = [damping, damping, damping, 0, 0, turning, 0, 0, 0, friction];
+  const support = [damping, damping, damping, ...turning, 0, 0, 0, friction];
   writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }

@@ -1,7 +1,12 @@
 """A Taylor-series solution of the equations of motion in decimal arithmetic.
 
-The equations are those in the body frame. The solution shares no code with the library, and serves
-as a reference for the results of the library.
+The equations are those in the body frame. With the momentum M, the vertical P, the turning u of the
+support and the velocity w, seen from the principal axes, they are
+
+    M' = M x w + (mass gravity + s) P x com - D (w - u),    P' = P x (w - u),    u' = u x (w - u)
+
+Here s is the part of a shaken support, mass times -amplitude rate^2 cos(rate t + phase). The
+solution shares no code with the library, and serves as a reference for the results of the library.
 """
 
 import math
@@ -40,6 +45,30 @@ def decimals(numbers):
     return [Decimal(float(x)) for x in numbers]
 
 
+def product(a, b, n):
+    """Return the n-th coefficient of the product of two series."""
+    return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
+
+
+def cross(a, b, n):
+    """Return the n-th coefficients of the cross product of two series of vectors."""
+    pairs = ((1, 2), (2, 0), (0, 1))
+    return [product(a[j], b[k], n) - product(a[k], b[j], n) for j, k in pairs]
+
+
+def cosine_and_sine(x):
+    """Return cosine and sine, with enough digits for the cancellation at angles up to 100."""
+    sums, n = [Decimal(0), Decimal(0)], 0
+    with localcontext() as context:
+        context.prec = 3 * DIGITS
+        term = Decimal(1)
+        while n < 2 * abs(x) or abs(term) > Decimal(10) ** (-2 * DIGITS):
+            sums[n % 2] += term if n % 4 < 2 else -term
+            n += 1
+            term *= x / n
+    return sums
+
+
 class Series:
     """The motion of a scene, forward or backward from its start."""
 
@@ -50,14 +79,31 @@ class Series:
             self.axes = unit(decimals(body.axes))
             self.moments = decimals(body.moments)
             self.damping, self.rotor = decimals(scene.damping), decimals(body.principal_rotor)
-            weight = Decimal(body.mass) * Decimal(scene.gravity)
-            self.lever = [weight * c for c in decimals(body.principal_com)]
+            self.lever = [Decimal(body.mass) * c for c in decimals(body.principal_com)]
+            self.gravity, self.turning = Decimal(scene.gravity), decimals(scene.turning)
+            self.shaking = decimals(scene.shaking)
             self.t = Decimal(0)
             self.q = unit(multiply(unit(decimals(scene.attitude)), self.axes))
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
-    def _momentum_rates(self, m, w, p, n):
-        """Return the n-th Taylor coefficients of the time derivative of the body momentum."""
+    def _pull(self):
+        """Return the Taylor coefficients of gravity as seen from the shaken support."""
+        amplitude, rate, phase = self.shaking
+        pull = [self.gravity] + [Decimal(0)] * ORDER
+        if amplitude:
+            cosine, sine = cosine_and_sine(rate * self.t + phase)
+            factor = -amplitude * rate * rate
+            for n in range(ORDER + 1):
+                pull[n] += factor * (cosine, -sine, -cosine, sine)[n % 4]
+                factor *= rate / (n + 1)
+        return pull
+
+    def _momentum_rates(self, m, w, p, v, n):
+        """Return the n-th Taylor coefficients of the time derivative of the body momentum.
+
+        `w` is the velocity in the space at rest, `v` the one relative to the support, and `p` the
+        vertical times gravity.
+        """
         torque = []
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -65,36 +111,36 @@ class Series:
                 (m[j][a] * w[k][n - a] - m[k][a] * w[j][n - a] for a in range(n + 1)), Decimal(0)
             )
             weight = p[j][n] * self.lever[k] - p[k][n] * self.lever[j]
-            torque.append(turning + weight - self.damping[i] * w[i][n])
+            torque.append(turning + weight - self.damping[i] * v[i][n])
         return torque
 
     def _expand(self):
         """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
-        p = [[x] for x in turn(conjugate(self.q), decimals((0, 0, 1)))]
-        w = [[x] for x in self._velocity()]
-
-        def product(a, b, n):
-            return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
-
+        p, u = (
+            [[x] for x in turn(conjugate(self.q), fixed)]
+            for fixed in (decimals((0, 0, 1)), self.turning)
+        )
+        w, pull, heavy = [[x] for x in self._velocity()], self._pull(), [[], [], []]
+        v = [[x[0] - y[0]] for x, y in zip(w, u, strict=True)]
         for n in range(ORDER):
-            torque = self._momentum_rates(m, w, p, n)
-            new_p = [
-                product(p[(i + 1) % 3], w[(i + 2) % 3], n)
-                - product(p[(i + 2) % 3], w[(i + 1) % 3], n)
-                for i in range(3)
-            ]
+            for i in range(3):
+                heavy[i].append(product(p[i], pull, n))
+            torque = self._momentum_rates(m, w, heavy, v, n)
+            new_p, new_u = cross(p, v, n), cross(u, v, n)
             a, x, y, z = q
             new_q = [
-                -product(x, w[0], n) - product(y, w[1], n) - product(z, w[2], n),
-                product(a, w[0], n) + product(y, w[2], n) - product(z, w[1], n),
-                product(a, w[1], n) + product(z, w[0], n) - product(x, w[2], n),
-                product(a, w[2], n) + product(x, w[1], n) - product(y, w[0], n),
+                -product(x, v[0], n) - product(y, v[1], n) - product(z, v[2], n),
+                product(a, v[0], n) + product(y, v[2], n) - product(z, v[1], n),
+                product(a, v[1], n) + product(z, v[0], n) - product(x, v[2], n),
+                product(a, v[2], n) + product(x, v[1], n) - product(y, v[0], n),
             ]
             for i in range(3):
                 m[i].append(torque[i] / (n + 1))
                 w[i].append(m[i][-1] / self.moments[i])
                 p[i].append(new_p[i] / (n + 1))
+                u[i].append(new_u[i] / (n + 1))
+                v[i].append(w[i][-1] - u[i][-1])
             for i in range(4):
                 q[i].append(half * new_q[i] / (n + 1))
         return q, m

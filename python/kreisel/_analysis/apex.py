@@ -118,7 +118,7 @@ class Apex:
 
     def _check_sampling(self) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
-        top = exact(self.scene.replace(damping=(0, 0, 0)))
+        top = exact(self.scene.replace(damping=None, turning=None, shaking=None, friction=None))
         period, apart = (
             2.0 * abs(top.t_least - top.t_greatest),
             float(np.abs(np.diff(self.t)).max()),

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .._model.environment import refuse_disturbances
 from .._options.methods import EXACT, methods
 from .._results.path import Path
 from .._solve.exact import Exact, ExactTorus, exact
@@ -133,8 +134,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         True
 
     Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
-    that are not evenly spaced, for a damped top, and for a body without torque whose rotor is not
-    along its axis of symmetry.
+    that are not evenly spaced, for a top with damping, friction or a support that moves, and for a
+    body without torque whose rotor is not along its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -142,6 +143,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:
         raise ValueError("a damped top has no frequencies, because its motion decays")
+    refuse_disturbances(path.scene, "frequencies are not defined for a top")
     _refuse_free_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._core import KIND_RTOL
 from .._model.body import Body
+from .._model.environment import refuse_disturbances
 from .._results.path import Path
 from .._utils.html import display_picture
 from .._utils.validation import Array, Vector, as_float, as_positive, as_unit, check_type
@@ -154,9 +155,9 @@ def rod(path: Path) -> Rod:
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, for a body with a rotor, and for a centre of mass that is on
-    no principal axis. The torque of such a top's weight corresponds to no force at the ends of a
-    rod.
+    Raises ValueError for a damped top, for a body with a rotor, for friction and for a support that
+    moves, and for a centre of mass that is on no principal axis. The torque of such a top's weight
+    corresponds to no force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -166,6 +167,7 @@ def rod(path: Path) -> Rod:
     check_type("path", path, Path)
     if path.scene._is_damped:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
+    refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")
     body = path.scene.body
     if any(body.rotor):
         raise ValueError("Kirchhoff's analogy has no rod for a body with a rotor")

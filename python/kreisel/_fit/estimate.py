@@ -81,6 +81,7 @@ def fit(
     best fit so far as `.fit`. Warns (UserWarning) if the search did not converge.
     """
     guesses = _parse_scenes(scene)
+    refuse_disturbances(scene, "kreisel.fit does not support tops", allowed=("damping",))
     blocks, measured = parse_free(free), _parse_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))

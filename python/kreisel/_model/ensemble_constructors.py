@@ -26,8 +26,8 @@ from .ensemble_data import (
     check_body,
     compute_momenta,
     member_error,
-    parse_damping,
 )
+from .environment import Environment, parse_environments
 from .euler_angles import (
     check_steady,
     check_tilt,
@@ -57,12 +57,15 @@ class EnsembleConstructors(EnsembleData[S]):
         degrees: bool = False,
         gravity: ArrayLike = 1.0,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
     ) -> Self:
         """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
 
         `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
-        With degrees=True, angles and rates are in degrees. `gravity` and `damping` are as in
-        Ensemble.
+        With degrees=True, angles and rates are in degrees. The arguments `gravity` to `friction`
+        are as in Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -72,10 +75,11 @@ class EnsembleConstructors(EnsembleData[S]):
         bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
         at, by = parse_parameter("angles", angles, (3,)), parse_parameter("rates", rates, (3,))
         make = partial(cls._one.from_euler, degrees=in_degrees)
-        turned, turning = (
+        turned, moved = (
             split_three(array_to_radians(each.values, in_degrees)) for each in (at, by)
         )
-        return cls._from_euler(bodies, [at, by], turned, turning, gravity, damping, make)
+        around = Environment(gravity, damping, turning, shaking, friction)
+        return cls._from_euler(bodies, [at, by], turned, moved, around, make)
 
     @classmethod
     def _from_euler(
@@ -84,8 +88,7 @@ class EnsembleConstructors(EnsembleData[S]):
         told: list[Parameter],
         angles: Components,
         rates: Components,
-        gravity: ArrayLike,
-        damping: ArrayLike | None,
+        environment: Environment,
         one: Callable[..., S],
     ) -> Self:
         """Build tops from `angles` and `rates`, which were computed from the parameters `told`.
@@ -93,8 +96,8 @@ class EnsembleConstructors(EnsembleData[S]):
         `one` is the constructor of a single top from the parameters `told`. If a member is invalid,
         the error of this constructor is raised.
         """
-        down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
-        broadcast_shape(body, [*told, down, drag])
+        around, columns = parse_environments(environment)
+        broadcast_shape(body, [*told, *around])
         turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
         q = map_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
@@ -102,13 +105,9 @@ class EnsembleConstructors(EnsembleData[S]):
             start = Parameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
             )
-        columns = {
-            "momentum": compute_momenta(body, start, q),
-            "attitude": q,
-            "gravity": down.values,
-            "damping": along,
-        }
-        return cls.__new__(cls)._assign(body, [*told, down, drag], columns, one)
+        columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
+        columns["attitude"] = q
+        return cls.__new__(cls)._assign(body, [*told, *around], columns, one)
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
@@ -135,11 +134,14 @@ class EnsembleConstructors(EnsembleData[S]):
         degrees: bool = False,
         gravity: ArrayLike = 1.0,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
     ) -> Self:
         """Build symmetric tops that spin about their axes, as Scene.spinning does.
 
-        `spin`, `tilt`, `precession` and `gravity` are numbers or arrays, and `damping` is as in
-        Ensemble. `steady`, `fast` and `degrees` apply to all tops.
+        `spin`, `tilt` and `precession` are numbers or arrays, and the arguments `gravity` to
+        `friction` are as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -152,21 +154,20 @@ class EnsembleConstructors(EnsembleData[S]):
         told = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
         rate, angle = (array_to_radians(each.values, in_degrees) for each in told)
         moments_about_axes(bodies)
-        if check_steady(steady, fast, precession, damping):
+        around = Environment(gravity, damping, turning, shaking, friction)
+        if check_steady(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
-            turning = steady_rates(
+            about = steady_rates(
                 bodies, [*told, parse_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
             told.append(parse_parameter("precession", 0.0 if precession is None else precession))
-            turning = array_to_radians(told[-1].values, in_degrees)
+            about = array_to_radians(told[-1].values, in_degrees)
         broadcast_shape(bodies, told)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
-            rates = turning, nothing, rate - turning * cos(angle)
-        return cls._from_euler(
-            bodies, told, (nothing, angle, nothing), rates, gravity, damping, one
-        )
+            rates = about, nothing, rate - about * cos(angle)
+        return cls._from_euler(bodies, told, (nothing, angle, nothing), rates, around, one)
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:

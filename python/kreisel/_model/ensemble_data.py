@@ -28,20 +28,19 @@ from .broadcasting import (
     parse_parameter,
     to_python,
 )
+from .environment import Environment, parse_environments
 from .momentum import angular_momentum
-from .scene_arguments import check_damping
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 S = TypeVar("S")
 ONE_OF = "momentum", "velocity", "body_momentum", "body_velocity"
-_ZERO = np.zeros(3)
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class EnsembleData(Batch[S]):
-    """The data of kr.Ensemble: bodies, and columns of momentum, attitude, gravity and damping."""
+    """The data of kr.Ensemble: bodies, and columns of starts and environments."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies
@@ -58,20 +57,19 @@ class EnsembleData(Batch[S]):
         body_velocity: ArrayLike | None = None,
         attitude_xyzw: ArrayLike | None = None,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
         bodies, start = check_body(body), parse_start(given)
         turned, q = parse_attitudes(attitude, attitude_xyzw)
-        down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
-        told = [start, turned, down, drag]
+        given_around = Environment(gravity, damping, turning, shaking, friction)
+        around, columns = parse_environments(given_around)
+        told = [start, turned, *around]
         broadcast_shape(bodies, told)
-        columns = {
-            "momentum": compute_momenta(bodies, start, q),
-            "attitude": q,
-            "gravity": down.values,
-            "damping": along,
-        }
-        self._assign(bodies, told, columns, self._one)
+        momenta = compute_momenta(bodies, start, q, columns["turning"])
+        self._assign(bodies, told, {"momentum": momenta, "attitude": q, **columns}, self._one)
 
     def _assign(
         self,
@@ -86,13 +84,13 @@ class EnsembleData(Batch[S]):
         """
         shape = broadcast_shape(body, told)
         for name, held in columns.items():
-            shape = np.broadcast_shapes(shape, held.shape if name == "gravity" else held.shape[:-1])
+            shape = np.broadcast_shapes(shape, held.shape[: held.ndim - _trailing(name)])
         words = [each for each in told if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
             words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
-        states = [(name, held, int(name != "gravity")) for name, held in columns.items()]
+        states = [(name, held, _trailing(name)) for name, held in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = axis_names(shape, words)
         self._set_columns(shape, names, make_columns(states, shape), make_columns(varied, shape))
@@ -132,6 +130,9 @@ class EnsembleData(Batch[S]):
             "attitude": rows[..., 17:21],
             "gravity": rows[..., 15],
             "damping": rows[..., 24:27],
+            "turning": rows[..., 27:30],
+            "shaking": rows[..., 30:33],
+            "friction": rows[..., 33],
         }
         body = Bodies._from_list([scene.body for scene in found], shape)
         return cls.__new__(cls)._assign(body, (), columns, cls._one)
@@ -164,8 +165,9 @@ class EnsembleData(Batch[S]):
             row = np.frombuffer(body._block)
             fields = row[0], row[1:4], row[4:7], row[7:11], row[11], row[12:]
             parts = [np.broadcast_to(field, shape + field.shape) for field in fields]
-        start = [held["gravity"], nothing, held["attitude"], held["momentum"], held["damping"]]
-        return CoreTops(shape, [*parts, *start])
+        start = [held["gravity"], nothing, held["attitude"], held["momentum"]]
+        around = [held[name] for name in ("damping", "turning", "shaking", "friction")]
+        return CoreTops(shape, [*parts, *start, *around])
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -202,6 +204,21 @@ class EnsembleData(Batch[S]):
         """(*shape, 3) linear drag along the principal axes [M L^2 T^-1]."""
         return self._columns["damping"]
 
+    @property
+    def turning(self) -> Array:
+        """(*shape, 3) angular velocity of the support, in space [T^-1]."""
+        return self._columns["turning"]
+
+    @property
+    def shaking(self) -> Array:
+        """(*shape, 3) amplitude [L], rate [T^-1] and phase [rad] of the support."""
+        return self._columns["shaking"]
+
+    @property
+    def friction(self) -> Array:
+        """(*shape,) dry friction about the apex [M L^2 T^-2]."""
+        return self._columns["friction"]
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, EnsembleData):
             return NotImplemented
@@ -215,6 +232,11 @@ class EnsembleData(Batch[S]):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__["_bodies"] = state["body"]
         super().__setstate__(state)
+
+
+def _trailing(name: str) -> int:
+    """Return the number of dimensions of one value of a column."""
+    return int(name not in ("gravity", "friction"))
 
 
 def check_body(body: object) -> Body | Bodies:
@@ -300,38 +322,18 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def parse_damping(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
-    """Return the parameter `damping`, and the damping (..., 3) along the principal axes."""
-    if given is None:
-        return Parameter("damping", _ZERO, (3,)), _ZERO
-    if isinstance(given, Parameter):
-        made = given
-        along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
-    elif np.ndim(given) == 0:
-        made = parse_parameter("damping", given)
-        along = np.repeat(made.values, 3)
-        made = Parameter("damping", along, (3,))
-    else:
-        width = np.shape(given)[-1:]
-        made = parse_parameter(
-            "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
-        )
-        along = np.broadcast_to(made.values, (*made.shape, 3))
-    negative = (made.values < 0.0).any(axis=-1)
-    if negative.any():
-        made.raise_at_first(negative, lambda _, one: check_damping(one))
-    return made, along
+def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
+    """Return the momenta (..., 3) in space for the parameter `start` and the attitudes `q`.
 
-
-def compute_momenta(body: Body | Bodies, start: Parameter, q: Array) -> Array:
-    """Return the momenta (..., 3) in space for the parameter `start` and the attitudes `q`."""
+    The supports turn with the angular velocities `turning` (..., 3).
+    """
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
     given = [moments, axes, q, start.values]
-    if np.any(body.rotor):
-        rotor = np.asarray(body.principal_rotor)
-        given.append(np.where(rotor == 0.0, -0.0, rotor))
+    if np.any(body.rotor) or np.any(turning):
+        for added in (np.asarray(body.principal_rotor), turning):
+            given.append(np.where(added == 0.0, -0.0, added))
     shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
 
     def compute(*components: Any) -> tuple[Array, ...]:

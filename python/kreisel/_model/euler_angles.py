@@ -19,6 +19,8 @@ from .._utils.validation import (
     short_repr,
 )
 from ..quaternion import conjugate, multiply
+from .broadcasting import Parameter
+from .environment import Environment
 
 if TYPE_CHECKING:
     from .bodies import Bodies
@@ -85,7 +87,9 @@ def check_tilt(tilt: object, degrees: bool) -> float:
     return angle
 
 
-def check_steady(steady: object, fast: object, precession: object, damping: object) -> bool:
+def check_steady(
+    steady: object, fast: object, precession: object, environment: Environment
+) -> bool:
     """Return True if a steady precession is requested.
 
     Raises TypeError or ValueError if the other arguments contradict the request.
@@ -94,8 +98,14 @@ def check_steady(steady: object, fast: object, precession: object, damping: obje
         raise ValueError("fast chooses between two steady precessions: also pass steady=True")
     if not as_bool("steady", steady):
         return False
-    if precession is not None or (damping is not None and np.any(np.asarray(damping))):
-        raise ValueError("steady=True cannot be combined with precession or damping")
+    others = {"precession": precession is not None}
+    for name, given in environment._asdict().items():
+        if name != "gravity":
+            values = given.values if isinstance(given, Parameter) else given
+            others[name] = values is not None and bool(np.any(np.asarray(values)))
+    if any(others.values()):
+        said = " or ".join(name for name, is_given in others.items() if is_given)
+        raise ValueError(f"steady=True cannot be combined with {said}")
     return True
 
 

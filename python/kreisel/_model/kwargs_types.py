@@ -37,6 +37,9 @@ class VaryKwargs(TypedDict, total=False):
     degrees: bool
     gravity: ArrayLike
     damping: ArrayLike
+    turning: ArrayLike
+    shaking: ArrayLike
+    friction: ArrayLike
 
 
 class SceneKwargs(TypedDict, total=False):
@@ -51,3 +54,6 @@ class SceneKwargs(TypedDict, total=False):
     attitude_xyzw: ArrayLike
     gravity: float
     damping: ArrayLike | None
+    turning: ArrayLike | None
+    shaking: ArrayLike | None
+    friction: float | None

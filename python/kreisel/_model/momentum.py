@@ -16,12 +16,14 @@ def angular_momentum(
     q: tuple[R, R, R, R],
     v: tuple[R, R, R],
     rotor: tuple[R, R, R] | None = None,
+    turning: tuple[R, R, R] | None = None,
 ) -> tuple[R, R, R]:
     """Return the momentum in space for the value `v` of the parameter `name` at the attitude `q`.
 
     The body has the principal moments `moments` along the principal axes `axes`, and a rotor with
-    the momentum `rotor` along these axes. Components that are zero must be -0.0, which leave all
-    numbers unchanged when they are added.
+    the momentum `rotor` along these axes. The support turns with the angular velocity `turning` in
+    space, to which velocities are relative. Components of `rotor` and `turning` that are zero must
+    be -0.0, which leave all numbers unchanged when they are added.
     """
     if name == "momentum":
         return v
@@ -29,6 +31,8 @@ def angular_momentum(
         return turn(q, v)
     if name == "body_velocity":
         v = turn(q, v)
+    if turning is not None:
+        v = v[0] + turning[0], v[1] + turning[1], v[2] + turning[2]
     principal = multiply(q, axes)
     x, y, z = turn_back(principal, v)
     i1, i2, i3 = moments

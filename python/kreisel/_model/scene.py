@@ -18,6 +18,7 @@ from .._utils.errors import refuse_assignment
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
+from .environment import Environment
 from .euler_angles import (
     attitude_from_euler,
     check_steady,
@@ -29,7 +30,7 @@ from .euler_angles import (
     velocity_from_euler,
 )
 from .kwargs_types import SceneKwargs, VaryKwargs
-from .scene_arguments import check_gravity, parse_checked, parse_fast
+from .scene_arguments import parse_checked, parse_fast
 from .toml import call_constructor, check_table, dump, parse_tables, read
 from .toml_body import MAKERS, body_from_table
 from .variation import scatter, vary
@@ -43,7 +44,7 @@ _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole ra
 @refuse_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A body, gravity, damping, and the state at t = 0.
+    """A body, gravity, damping, the motion of the support, and the state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
@@ -53,6 +54,12 @@ class Scene:
     gravity   acceleration along -e3, of either sign [L T^-2]
     damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
               torque about an axis is -damping times the angular velocity about it
+    turning   constant angular velocity of the support, as of a turntable, in space [T^-1]. Space
+              turns with the support, and states and quantities are those seen from there. Only
+              momenta are those of the motion in the space at rest
+    shaking   (amplitude [L], rate [T^-1], phase [rad]): the fixed point moves along e3 by
+              amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
+    friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters the constructor was given.
     Since the momentum is rounded, the angular velocity of a needle about its axis has an error of
@@ -68,7 +75,10 @@ class Scene:
     attitude: Quaternion
     gravity: float
     damping: Vector
-    # bytes of a kr_scene: body, gravity, t, q, m, damping
+    turning: Vector
+    shaking: Vector
+    friction: float
+    # bytes of a kr_scene: body, gravity, t, q, m, damping, turning, shaking, friction
     _block: bytes = field(init=False, repr=False, compare=False)
 
     def __init__(
@@ -83,6 +93,9 @@ class Scene:
         body_velocity: ArrayLike | None = None,
         attitude_xyzw: ArrayLike | None = None,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: float | None = None,
     ) -> None:
         check_type("body", body, Body)
         given = {} if momentum is None else {"momentum": momentum}
@@ -92,28 +105,70 @@ class Scene:
             given["body_momentum"] = body_momentum
         if body_velocity is not None:
             given["body_velocity"] = body_velocity
-        made = (
-            None
-            if attitude_xyzw is not None
-            else parse_fast(body, given, attitude, gravity, damping)
-        )
+        around = Environment(gravity, damping, turning, shaking, friction)
+        made = None if attitude_xyzw is not None else parse_fast(body, given, attitude, around)
         if made is None:
-            made = parse_checked(body, given, attitude, attitude_xyzw, gravity, damping)
+            made = parse_checked(body, given, attitude, attitude_xyzw, around)
         kept = self.__dict__
         kept["body"] = body
-        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], kept["_block"] = made
+        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], *moved = made
+        kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = moved
+
+    def __repr__(self) -> str:
+        """Return the arguments of the constructor; a support at rest is left out."""
+        words: dict[str, object] = dict(self._arguments())
+        for name in ("turning", "shaking"):
+            if not any(getattr(self, name)):
+                del words[name]
+        if not self.friction:
+            del words["friction"]
+        return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
+
+    def _arguments(self) -> SceneKwargs:
+        """Return the arguments of the constructor that make an equal scene."""
+        return {
+            "body": self.body,
+            "momentum": self.momentum,
+            "attitude": self.attitude,
+            "gravity": self.gravity,
+            "damping": self.damping,
+            "turning": self.turning,
+            "shaking": self.shaking,
+            "friction": self.friction,
+        }
 
     @property
     def _is_damped(self) -> bool:
         return any(self.damping)
 
+    @property
+    def _is_shaken(self) -> bool:
+        return self.shaking[0] != 0.0
+
+    @property
+    def _is_disturbed(self) -> bool:
+        """True with damping, friction, or a support that moves."""
+        return self._is_losing_energy or self._is_shaken or any(self.turning)
+
+    @property
+    def _is_plain(self) -> bool:
+        """True if the body has no rotor, and nothing but gravity acts."""
+        return not self._is_disturbed and not any(self.body.rotor)
+
+    @property
+    def _is_losing_energy(self) -> bool:
+        return any(self.damping) or self.friction > 0.0
+
     @cached_property
     def _rate_bound(self) -> float:
         """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
-        torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
-        turning = momentum + math.hypot(*self.body.rotor)
-        return max(turning / largest, math.sqrt(torque / largest))
+        amplitude, rate, _ = self.shaking
+        weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
+        torque = weight * math.hypot(*self.body.com)
+        moving = momentum + math.hypot(*self.body.rotor)
+        bound = max(moving / largest, math.sqrt(torque / largest))
+        return max(bound + math.hypot(*self.turning), rate if amplitude else 0.0)
 
     @cached_property
     def _safe_horizon(self) -> float:
@@ -133,13 +188,7 @@ class Scene:
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
         """Return a copy of the scene in which some parameters of the constructor are changed."""
-        words: dict[str, object] = {
-            "body": self.body,
-            "momentum": self.momentum,
-            "attitude": self.attitude,
-            "gravity": self.gravity,
-            "damping": self.damping,
-        }
+        words: dict[str, object] = dict(self._arguments())
         if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
             del words["momentum"]
         if "attitude_xyzw" in changes:
@@ -151,9 +200,9 @@ class Scene:
         """Return an ensemble of this scene in which some parameters vary.
 
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
-        - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
-          momentum, velocity, body_momentum, body_velocity. If none of these four is given, the
-          momentum in space stays the same
+        - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
+          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
+          these four is given, the momentum in space stays the same
         - Body: mass, inertia, com, rotor. Momentum and attitude stay the same
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
@@ -210,6 +259,9 @@ class Scene:
         degrees: bool = False,
         gravity: float = 1.0,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: float | None = None,
     ) -> Self:
         """Build a scene from Euler's angles z-x-z (precession, nutation, spin) and their rates.
 
@@ -223,7 +275,8 @@ class Scene:
         For any other apex, the frame is first rotated so that its third axis becomes the apex. The
         same rotation is part of the angles of a path.
 
-        degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
+        degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
+                 Scene
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -237,7 +290,8 @@ class Scene:
         unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
         attitude = attitude_from_euler(unturned._block, unturned._start, at)
         velocity = velocity_from_euler(at, by)
-        return cls(body, attitude=attitude, gravity=gravity, velocity=velocity, damping=damping)
+        around = Environment(gravity, damping, turning, shaking, friction)
+        return cls(body, attitude=attitude, velocity=velocity, **around._asdict())
 
     @classmethod
     def spinning(
@@ -252,22 +306,26 @@ class Scene:
         degrees: bool = False,
         gravity: float = 1.0,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: float | None = None,
     ) -> Self:
         """Build a symmetric top that spins about its axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
-                    the centre of mass, as path.spin [T^-1]. Without damping, the spin is constant
+                    the centre of mass, as path.spin [T^-1]. Without damping, friction and turning,
+                    the spin is constant
         tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
         precession  initial rate of the axis about the vertical [T^-1]. The default is 0: the axis
                     is released from rest
         steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
                     tilt 0 or pi it stands or hangs vertically, without precession
-        degrees     True: tilt is in degrees, spin and precession in degrees per unit of time;
-                    gravity and damping are as in Scene
+        degrees     True: tilt is in degrees, spin and precession in degrees per unit of time; the
+                    arguments gravity to friction are as in Scene
 
         Raises ValueError for a body that is not symmetric about its apex, for steady=True with a
-        rotor, and if no steady precession exists. The message then contains the least spin for
-        which one exists.
+        rotor or a moving support, and if no steady precession exists. The message then contains
+        the least spin for which one exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -280,15 +338,16 @@ class Scene:
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = check_tilt(tilt, in_degrees)
-        if check_steady(steady, fast, precession, damping):
+        around = Environment(gravity, damping, turning, shaking, friction)
+        if check_steady(steady, fast, precession, around):
             refuse_steady_rotor(body)
-            torque = body.mass * check_gravity(gravity) * math.hypot(*body.com)
-            turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
+            torque = body.mass * around.checked()[0] * math.hypot(*body.com)
+            about = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
-            turning = 0.0 if precession is None else as_float("precession", precession)
-            turning = math.radians(turning) if in_degrees else turning
-        rates = turning, 0.0, rate - turning * math.cos(angle)
-        return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity, damping=damping)
+            about = 0.0 if precession is None else as_float("precession", precession)
+            about = math.radians(about) if in_degrees else about
+        rates = about, 0.0, rate - about * math.cos(angle)
+        return cls.from_euler(body, (0.0, angle, 0.0), rates, **around._asdict())
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
@@ -320,6 +379,9 @@ class Scene:
         }
         if self._is_damped:
             start["damping"] = self.damping
+        start |= {"turning": self.turning} if any(self.turning) else {}
+        start |= {"shaking": self.shaking} if any(self.shaking) else {}
+        start |= {"friction": self.friction} if self.friction else {}
         text = dump(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
         words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
@@ -332,7 +394,7 @@ class Scene:
 
 @refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
-    """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
+    """Many tops: a body or bodies, gravity, damping, moving supports, and the states at t = 0.
 
     Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
     one shape, such as (n,), (500, 500) or ().
@@ -345,12 +407,15 @@ class Ensemble(EnsembleConstructors[Scene]):
     gravity   (...,) acceleration along -e3 [L T^-2]
     damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
               three axes of a top have the same damping [M L^2 T^-1]
+    turning   (..., 3) angular velocities of the supports [T^-1]
+    shaking   (..., 3) amplitudes [L], rates [T^-1] and phases [rad]
+    friction  (...,) dry friction about the apex [M L^2 T^-2]
 
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
     scenes or, if there are several dimensions, ensembles. Each member is equal, to the last bit, to
     the kr.Scene with the same parameters. Attitudes in single precision may differ in the last bit.
-    Values that do not vary are stored once. Two ensembles are equal if their bodies, gravity,
-    damping and states are equal.
+    Values that do not vary are stored once. Two ensembles are equal if all their parameters are
+    equal.
 
     Raises TypeError and ValueError as Scene does; the message contains the index of the first
     invalid value.

@@ -7,38 +7,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import scene
 from .._utils.errors import status_to_exception
-from .._utils.validation import Quaternion, Vector, as_float, as_vector, short_repr
+from .._utils.validation import Quaternion, Vector, as_vector
 from ..quaternion import unit
 from .body import Body
+from .environment import Environment
 from .momentum import angular_momentum
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-# momentum, attitude, gravity, damping, and the bytes of a kr_scene
-SceneData = tuple[Vector, Quaternion, float, Vector, bytes]
+# momentum, attitude, gravity, damping, turning, shaking, friction, and the bytes of a kr_scene
+SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
 
 
 def parse_fast(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
-    gravity: float,
-    damping: ArrayLike | None,
+    environment: Environment,
 ) -> SceneData | None:
     """Return the data of a scene, or None if an argument is not a plain number or is invalid."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
-    made = scene(body._block, value, attitude, gravity, damping)
+    made = scene(body._block, value, attitude, *environment)
     if isinstance(made, tuple) and name != "momentum":
-        v, q, g, d, _ = made
-        made = scene(body._block, _momentum(body, name, q, v), q, g, d)
+        v, q, *around, _ = made
+        made = scene(body._block, _momentum(body, name, q, v, around[2]), q, *around)
     return made if isinstance(made, tuple) else None
 
 
@@ -47,11 +46,10 @@ def parse_checked(
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
-    gravity: float,
-    damping: ArrayLike | None,
+    environment: Environment,
 ) -> SceneData:
     """Check the arguments of a scene one by one and return the data of the scene."""
-    g = check_gravity(gravity)
+    around = environment.checked()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")
@@ -64,38 +62,22 @@ def parse_checked(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m, d = _momentum(body, name, q, as_vector(name, value)), check_damping(damping)
-    made = scene(body._block, m, q, g, d)
+    m = _momentum(body, name, q, as_vector(name, value), around[2])
+    made = scene(body._block, m, q, *around)
     if not isinstance(made, tuple):
         raise status_to_exception(
-            made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}"
+            made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {around[0]!r}"
         )
     return made
 
 
-def _momentum(body: Body, name: str, q: Quaternion, value: Vector) -> Vector:
-    rotor = None
-    if any(body.rotor):
-        h1, h2, h3 = body.principal_rotor
-        rotor = h1 or -0.0, h2 or -0.0, h3 or -0.0
-    return angular_momentum(name, body.moments, body.axes, q, value, rotor)
+def _momentum(body: Body, name: str, q: Quaternion, value: Vector, turning: Vector) -> Vector:
+    rotor = _nonzero(body.principal_rotor) if any(body.rotor) else None
+    moving = _nonzero(turning) if any(turning) else None
+    return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
-def check_damping(given: ArrayLike | None) -> Vector:
-    if given is None:
-        return 0.0, 0.0, 0.0
-    along = (
-        (as_float("damping", given),) * 3 if np.ndim(given) == 0 else as_vector("damping", given)
-    )
-    if min(along) < 0.0:
-        raise ValueError(
-            f"damping must not be negative, not {short_repr(given)}: it removes energy"
-        )
-    return along
-
-
-def check_gravity(value: object) -> float:
-    try:
-        return as_float("gravity", value)
-    except TypeError as error:
-        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
+def _nonzero(vector: Vector) -> Vector:
+    """Return the vector with -0.0 for components that are zero."""
+    x, y, z = vector
+    return x or -0.0, y or -0.0, z or -0.0

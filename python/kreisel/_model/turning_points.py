@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .._core import exact_turning, statuses
 from .._utils.validation import Array, read_only
+from .environment import list_disturbances
 from .scene import Scene
 
 
@@ -55,6 +56,7 @@ def explain_no_turning_points(status: str, scene: Scene) -> str:
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"
     what += " with a rotor" if any(scene.body.rotor) else ""
+    what += "".join([f" with {name}" for name in list_disturbances(scene) if name != "damping"])
     return (
         "turning points exist for a Lagrange top, and for a body that is symmetric about its apex "
         f"and free of torque; the nutation of {what} is not periodic"

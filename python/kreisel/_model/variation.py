@@ -32,6 +32,7 @@ from .ensemble_constructors import (
     steady_rates,
 )
 from .ensemble_data import ONE_OF, broadcast_shape
+from .environment import Environment
 from .euler_angles import check_steady, cos
 
 E = TypeVar("E", bound=EnsembleConstructors[Any])
@@ -41,7 +42,8 @@ _PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
 _SPINNING = "spin", "tilt", "precession"
 _EULER = "angles", "rates"
 _FLAGS = "steady", "fast", "degrees"
-_KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, "gravity", "damping")
+_AROUND = Environment._fields
+_KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, *_AROUND)
 _DRAWS = 8  # random numbers per member, whichever parameters are scattered
 _ROWS = 1 << 12  # members whose numbers are drawn in one batch
 
@@ -66,20 +68,14 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     if len(told) > 1:
         raise ValueError(f"{told[0]} and {told[1]} both describe the start: give only one kind")
     body = _vary_body(scene, given)
-    gravity: Any = given.get("gravity")
-    damping: Any = given.get("damping")
-    if gravity is None:
-        gravity = Parameter("gravity", np.asarray(scene.gravity), ())
-    if damping is None:
-        damping = Parameter("damping", np.asarray(scene.damping), (3,))
+    around = _vary_environment(scene, given)
     in_degrees = as_bool("degrees", given.get("degrees", False))
     steady, fast = given.get("steady", False), given.get("fast", False)
     is_steady = False
     if steady is not False or fast is not False:
-        drag = damping.values if isinstance(damping, Parameter) else damping
-        is_steady = check_steady(steady, fast, given.get("precession"), drag)
+        is_steady = check_steady(steady, fast, given.get("precession"), around)
     if kinds[1] or (is_steady and not told):
-        start = _start_from_spin(body, scene, given, gravity, in_degrees, (is_steady, fast))
+        start = _start_from_spin(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
     elif is_steady:
         raise ValueError(f"steady=True goes with spin and tilt, not with {told[0]}")
     elif kinds[2]:
@@ -90,8 +86,18 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
             plain["momentum"] = scene.momentum
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
-        return many(body, gravity=gravity, damping=damping, **plain)
-    return many._from_euler(body, *start, gravity, damping, _accept_any)
+        return many(body, **around._asdict(), **plain)
+    return many._from_euler(body, *start, around, _accept_any)
+
+
+def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
+    """Return the environment of `scene`, in which those values that are given vary."""
+    words = {name: given.get(name) for name in _AROUND}
+    for name, value in words.items():
+        own = np.asarray(getattr(scene, name))
+        if value is None and (name in ("gravity", "damping") or own.any()):
+            words[name] = Parameter(name, own, own.shape)
+    return Environment(**words)
 
 
 def _accept_any(_: object, **__: object) -> None:
@@ -210,7 +216,7 @@ def scatter(
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
     normal = _draw_normal_numbers(key, begin, count)
-    words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
+    words = scene._arguments()
     with np.errstate(all="ignore"):
         if momentum is not None:
             off = _parse_width("momentum", momentum, 3) * normal[:, :3]
@@ -223,7 +229,7 @@ def scatter(
             words["attitude"] = map_blocks(_rotate_first, (count,), 4, own, turns)
         if gravity is not None:
             words["gravity"] = scene.gravity + _parse_width("gravity", gravity, 1) * normal[:, 6]
-    return many(scene.body, damping=scene.damping, **words)._forget_variation()
+    return many(**words)._forget_variation()
 
 
 def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:

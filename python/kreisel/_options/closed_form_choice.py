@@ -72,7 +72,7 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
     arguments alone, not on the speed of this machine. `times` is None if they are not known.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
-    if scene._is_damped or not methods[EXACT].suits(scene):
+    if scene._is_disturbed or not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene)
     if _misses_ratio(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene"

@@ -9,6 +9,7 @@ from .._core import KIND_RTOL, body_kind, method_applies, method_suits, torus_pl
 from .._core import flags as FLAGS
 from .._core import methods as core_methods
 from .._model.body import Body
+from .._model.environment import list_disturbances
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message as unknown_name
 from .._utils.quantity_attributes import MethodName
@@ -98,6 +99,21 @@ class Method:
         return bool(self.flags & FLAGS["rotors"])
 
     @property
+    def turning(self) -> bool:
+        """True if the method applies to any turning support; others apply to turning about e3."""
+        return bool(self.flags & FLAGS["turning"])
+
+    @property
+    def shaking(self) -> bool:
+        """True if the method applies to shaken supports, too."""
+        return bool(self.flags & FLAGS["shaking"])
+
+    @property
+    def friction(self) -> bool:
+        """True if the method applies to tops with dry friction, too."""
+        return bool(self.flags & FLAGS["friction"])
+
+    @property
     def tangents(self) -> bool:
         """True if the method can compute derivatives of the state."""
         return bool(self.flags & FLAGS["tangents"])
@@ -127,11 +143,10 @@ class Method:
         """Return True if the method applies to this scene.
 
         A scene without gravity has a closed form for any body without a rotor. Few methods apply to
-        damped tops.
+        tops with damping, friction, or a support that moves.
         """
-        damped = check_type("scene", scene, Scene)._is_damped
-        any_body = not self.flags & _SOME and not damped and not any(scene.body.rotor)
-        return any_body or method_suits(self.name, scene._block)
+        plain = check_type("scene", scene, Scene)._is_plain
+        return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
 
 
 class Methods(dict[MethodName, Method]):
@@ -178,7 +193,9 @@ def describe_kind(scene: Scene) -> str:
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
-    return f"this {damped}body of kind {scene.body.kind!r}{rotor}{which}"
+    more = [name for name in list_disturbances(scene) if name != "damping"]
+    around = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
+    return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
 
 
 def has_torus(scene: Scene) -> bool:
@@ -194,6 +211,8 @@ def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
+    if scene._is_disturbed and not methods[EXACT].suits(scene):
+        return f"no closed form is known for {describe_kind(scene)}"
     if any(scene.body.rotor):
         return (
             f"no closed form is known for {describe_kind(scene)}: the rotor must be along the axis "
@@ -225,6 +244,12 @@ def _describe_tops(method: Method, scene: Scene) -> str:
     """Return text that says to which tops a method applies that does not suit a scene."""
     if scene._is_damped and not method.damped:
         return "tops without damping"
+    if scene.friction and not method.friction:
+        return "tops without friction"
+    if scene._is_shaken and not method.shaking:
+        return "tops whose support is not shaken"
+    if any(scene.turning) and not method.turning:
+        return "tops whose support does not turn, or turns about e3 if it is known for the body"
     if not any(scene.body.rotor):
         return method.tops
     if not method.rotors:
@@ -246,7 +271,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     method = get_method(name)
     if not method.suits(scene):
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
-        if has_form and not scene._is_damped:
+        if has_form and not scene._is_disturbed:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = _describe_tops(method, scene)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
+from .._model.environment import advance_shaking
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, make_plan
@@ -227,10 +228,12 @@ class Path(ReadOnlyArrays, Tables):
     def scene_at(self, i: int) -> Scene:
         """Return the scene whose initial state, at t = 0, is state i of this path.
 
-        Raises IndexError if there is no such state.
+        The phase of a shaken support is the one at the time of this state. Raises IndexError if
+        there is no such state.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
-        return self.scene.replace(attitude=state[1:5], momentum=state[5:])
+        shaking = advance_shaking(self.scene.shaking, float(state[0]))
+        return self.scene.replace(attitude=state[1:5], momentum=state[5:], shaking=shaking)
 
     @property
     def end(self) -> Scene:

@@ -186,9 +186,9 @@ class States(QuantityAttributes):
 
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
-        respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass
-        and the damping (3). Each column is the change per unit of its parameter, at constant
-        initial momentum.
+        respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass,
+        the damping (3), the rotor (3) along the principal axes, turning (3), shaking (3) and
+        friction. Each column is the change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 
@@ -285,9 +285,10 @@ class States(QuantityAttributes):
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
         The maxima are over the states; E0 is the energy at the start and T the kinetic energy. The
-        value is zero for a path without states, and NaN for a damped top, which loses energy.
+        value is zero for a path without states. It is NaN for a top with damping, friction or a
+        shaken support, which does not conserve energy.
         """
-        if self.scene._is_damped:
+        if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan
         if not len(self):
             return 0.0

@@ -56,13 +56,8 @@ class TangentData(NamedTuple):
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
         Raises AttributeError if some tangents are missing. Those by numbers that are zero are not
-        needed, because a zero is not rounded. Raises ValueError for a body with a rotor.
+        needed, because a zero is not rounded.
         """
-        if any(scene.body.rotor):
-            raise ValueError(
-                "conditioning does not support bodies with rotors: derivatives by the rotor are "
-                "not computed"
-            )
         data = {
             # a change of a unit quaternion rotates by twice its size
             "start": (2.0, 2.0, 2.0, *scene.momentum),
@@ -71,6 +66,10 @@ class TangentData(NamedTuple):
             "gravity": (scene.gravity,),
             "mass": (scene.body.mass,),
             "damping": scene.damping,
+            "rotor": scene.body.principal_rotor,
+            "turning": scene.turning,
+            "shaking": scene.shaking if scene._is_shaken else (0.0, 0.0, 0.0),
+            "friction": (scene.friction,),
         }
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._core import statuses
+from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import parse_threads
 from .._options.methods import FALLBACK, methods
@@ -177,6 +178,7 @@ def parse_growth(
         )
     if np.any(scene.body.rotor):
         raise ValueError("indicators of chaos do not support bodies with rotors")
+    refuse_disturbances(scene, "indicators of chaos do not support tops")
     return times, controls
 
 

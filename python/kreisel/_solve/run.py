@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
+from .._model.environment import Environment
 from .._model.exact_momentum import add_impulse, keep_velocity
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_toml
@@ -293,12 +294,16 @@ class Run:
         body: Body | None = None,
         gravity: float | None = None,
         damping: ArrayLike | None = None,
+        turning: ArrayLike | None = None,
+        shaking: ArrayLike | None = None,
+        friction: float | None = None,
         keep: Literal["momentum", "velocity"] = "momentum",
     ) -> None:
-        """Change the body, gravity or damping at the present time.
+        """Change the body or its environment at the present time.
 
         The arguments are those of kreisel.Scene. The attitude stays the same: it carries the frame
-        of description of the new body into space.
+        of description of the new body into space. The times of the run go on, and `shaking` refers
+        to them.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
@@ -308,9 +313,10 @@ class Run:
         changed. Raises ValueError if the method does not apply to the changed top, as a closed form
         does not apply to a damped top.
         """
-        given = _select_given(body=body, gravity=gravity, damping=damping)
+        around = Environment(gravity, damping, turning, shaking, friction)
+        given = _select_given(body=body, **around._asdict())
         if not given:
-            raise TypeError("change needs a body, gravity or damping")
+            raise TypeError(f"change needs a body, {', '.join(around._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
         now, low = self._present(), None
@@ -404,7 +410,7 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
 
     Raises the exception of stop_exception if the core rejects the scene.
     """
-    refuse_kinetic(scene.body, options.events or ())
+    refuse_kinetic(scene, options.events or ())
     events = to_core_events(options.events or ())
     status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
     if motion is not None:

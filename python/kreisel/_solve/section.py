@@ -98,7 +98,7 @@ def parse_section(
     """
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
     parsed = parse_event(event)
-    refuse_kinetic(tops.body, [parsed])
+    refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
     waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
     return waits, replace(options, core_events=events)

@@ -177,7 +177,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     if events is None:
         return options
     parsed = parse_events(options.solve.method.name, events)
-    refuse_kinetic(tops.body, parsed)
+    refuse_kinetic(tops, parsed)
     return replace(options, core_events=to_core_events(parsed))
 
 

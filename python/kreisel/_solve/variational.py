@@ -18,7 +18,18 @@ from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
 
-TangentName = Literal["start", "moments", "com", "gravity", "mass", "damping"]
+TangentName = Literal[
+    "start",
+    "moments",
+    "com",
+    "gravity",
+    "mass",
+    "damping",
+    "rotor",
+    "turning",
+    "shaking",
+    "friction",
+]
 TangentSpec = TangentName | Iterable[TangentName]
 
 

@@ -56,11 +56,11 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     ensemble = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._coords(tops.start, tops.stop, ensemble).items():
-        flat, dimension = one.values.reshape(len(one.values), -1), unit(name, degrees)
+        flat = one.values.reshape(len(one.values), -1)
         for i, component in enumerate(components(name, one.value)):
             # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
             column = f"{component}_given" if component in names else component
-            part.columns[column], part.units[column] = flat[:, i], dimension
+            part.columns[column], part.units[column] = flat[:, i], unit(name, degrees, i)
     for name, values, dimension in results:
         part.columns[name], part.units[name] = values, dimension
     if isinstance(outcome, Section):

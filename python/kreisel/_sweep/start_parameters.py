@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from .._model.broadcasting import Parameter, Shape
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_finite_array
 
 _AXES, _TURNS = "xyz", "012"
-_ENDINGS = {  # {parameter: the endings of the names of its components}
-    **dict.fromkeys(["mass", "gravity", "spin", "tilt", "precession"], ""),
+_ENDINGS: dict[str, Sequence[str]] = {  # {parameter: the endings of the names of its components}
+    **dict.fromkeys(["mass", "gravity", "friction", "spin", "tilt", "precession"], ""),
     **dict.fromkeys(
-        ["com", "rotor", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
+        ["com", "rotor", "turning", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES
     ),
     **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
+    "shaking": ("amplitude", "rate", "phase"),
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
@@ -37,7 +39,10 @@ _UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its di
     "rates": "rad T^-1",
     "gravity": "L T^-2",
     "damping": "M L^2 T^-1",
+    "turning": "T^-1",
+    "friction": "M L^2 T^-2",
 }
+_SHAKING_UNITS = "L", "T^-1", "rad"
 FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
@@ -77,7 +82,12 @@ def components(name: str, value: Shape) -> list[str]:
     return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
 
 
-def unit(name: str, degrees: bool) -> str:
-    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' for the angles in it."""
+def unit(name: str, degrees: bool, component: int = 0) -> str:
+    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' for the angles in it.
+
+    Components of `shaking`, whose phase is always in radians, have different dimensions.
+    """
+    if name == "shaking":
+        return _SHAKING_UNITS[component]
     known = _UNITS.get(name, "")
     return known.replace("rad", "deg") if degrees else known

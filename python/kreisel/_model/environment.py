@@ -1,0 +1,184 @@
+"""The environment of a top: gravity, damping, the motion of the support, and friction.
+
+An environment is all of a scene except its body and its start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._utils.validation import Array, Vector, as_float, as_vector, short_repr
+from .broadcasting import Parameter, parse_parameter
+
+_STILL: Final = (0.0, 0.0, 0.0)
+_SHAKING_FORM: Final = "three numbers (amplitude, rate, phase)"
+# 2 pi to 75 decimal places
+_TURN: Final = Fraction(
+    "6.283185307179586476925286766559005768394338798750211641949889184615632812572"
+)
+
+
+class Environment(NamedTuple):
+    """The arguments of a scene that describe its environment, as they were given."""
+
+    gravity: Any = 1.0
+    damping: ArrayLike | None = None
+    turning: ArrayLike | None = None
+    shaking: ArrayLike | None = None
+    friction: ArrayLike | None = None
+
+    def checked(self) -> tuple[float, Vector, Vector, Vector, float]:
+        """Return the validated values for one top; raise TypeError or ValueError otherwise."""
+        return (
+            check_gravity(self.gravity),
+            check_damping(self.damping),
+            check_turning(self.turning),
+            check_shaking(self.shaking),
+            check_friction(self.friction),
+        )
+
+
+def check_gravity(value: object) -> float:
+    try:
+        return as_float("gravity", value)
+    except TypeError as error:
+        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
+
+
+def check_damping(given: ArrayLike | None) -> Vector:
+    if given is None:
+        return _STILL
+    along = (
+        (as_float("damping", given),) * 3 if np.ndim(given) == 0 else as_vector("damping", given)
+    )
+    if min(along) < 0.0:
+        raise ValueError(
+            f"damping must not be negative, not {short_repr(given)}: it removes energy"
+        )
+    return along
+
+
+def check_turning(given: ArrayLike | None) -> Vector:
+    return _STILL if given is None else as_vector("turning", given)
+
+
+def check_shaking(given: ArrayLike | None) -> Vector:
+    if given is None:
+        return _STILL
+    if np.ndim(given) == 0:
+        raise TypeError(f"shaking must be {_SHAKING_FORM}, not {short_repr(given)}")
+    amplitude, rate, phase = as_vector("shaking", given)
+    if rate < 0.0 or (amplitude and not rate):
+        raise ValueError(
+            f"shaking needs a positive rate, not {short_repr(rate)}: shaking is "
+            "(amplitude, rate, phase)"
+        )
+    return amplitude, rate, phase
+
+
+def check_friction(given: object) -> float:
+    friction = 0.0 if given is None else as_float("friction", given)
+    if friction < 0.0:
+        raise ValueError(
+            f"friction must not be negative, not {short_repr(given)}: it removes energy"
+        )
+    return friction
+
+
+def advance_shaking(shaking: Vector, t: float) -> Vector:
+    """Return the shaking of a scene whose start is at the time `t` of another scene.
+
+    The phase at `t` is computed by rational numbers, and is rounded once.
+    """
+    amplitude, rate, phase = shaking
+    if not amplitude or not t:
+        return shaking
+    angle = Fraction(phase) + Fraction(rate) * Fraction(t)
+    return amplitude, rate, float(angle - round(angle / _TURN) * _TURN)
+
+
+def list_disturbances(tops: Any) -> list[str]:
+    """Return names of what disturbs a scene, or some members of an ensemble, besides gravity."""
+    present = {
+        "damping": np.any(tops.damping),
+        "friction": np.any(tops.friction),
+        "a shaken support": np.any(np.asarray(tops.shaking)[..., 0]),
+        "a turning support": np.any(tops.turning),
+    }
+    return [name for name, is_there in present.items() if is_there]
+
+
+def refuse_disturbances(tops: Any, what: str, allowed: Iterable[str] = ()) -> None:
+    """Raise ValueError if a scene or an ensemble has disturbances that are not in `allowed`.
+
+    The message is `what` followed by their names.
+    """
+    found = [name for name in list_disturbances(tops) if name not in allowed]
+    if found:
+        raise ValueError(f"{what} with {' and '.join(found)}")
+
+
+def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
+    """Return the parameters of the environments of many tops, and their columns by name.
+
+    The parameters are gravity, damping, and those others that are not None.
+    """
+    down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
+    told, columns = [down, drag], {"gravity": down.values, "damping": along}
+    words: tuple[tuple[str, ArrayLike | None, Callable[[Any], object]], ...] = (
+        ("turning", given.turning, check_turning),
+        ("shaking", given.shaking, check_shaking),
+        ("friction", given.friction, check_friction),
+    )
+    for name, value, check in words:
+        own = () if name == "friction" else (3,)
+        if value is None:
+            columns[name] = np.zeros(own)
+            continue
+        made = parse_parameter(name, value, own)
+        _raise_if_invalid(made, check)
+        told.append(made)
+        columns[name] = made.values
+    return told, columns
+
+
+def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
+    """Raise the error of `check` for the first value that it refuses."""
+    values = made.values
+    bad = np.zeros(made.shape, dtype=np.bool_)
+    if made.name == "friction":
+        bad = values < 0.0
+    elif made.name == "shaking":
+        amplitude, rate = values[..., 0], values[..., 1]
+        bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
+    if np.any(bad):
+        made.raise_at_first(bad, lambda _, one: check(one))
+
+
+def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
+    """Return the parameter `damping`, and the damping (..., 3) along the principal axes."""
+    nothing = np.zeros(3)
+    if given is None:
+        return Parameter("damping", nothing, (3,)), nothing
+    if isinstance(given, Parameter):
+        made = given
+        along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
+    elif np.ndim(given) == 0:
+        made = parse_parameter("damping", given)
+        along = np.repeat(made.values, 3)
+        made = Parameter("damping", along, (3,))
+    else:
+        width = np.shape(given)[-1:]
+        made = parse_parameter(
+            "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
+        )
+        along = np.broadcast_to(made.values, (*made.shape, 3))
+    negative = (made.values < 0.0).any(axis=-1)
+    if negative.any():
+        made.raise_at_first(negative, lambda _, one: check_damping(one))
+    return made, along

@@ -1,0 +1,192 @@
+"""Scenes with moving supports and friction, and their motion by SciPy.
+
+The motion is integrated in space, from the equations in docs/theory/supports.md. Only attributes of
+scenes that hold their numbers are used.
+"""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+turn, turn_back, multiply = kr.quaternion.turn, kr.quaternion.turn_back, kr.quaternion.multiply
+
+START = {"momentum": (0.4, -0.5, 0.9), "attitude": (0.5, 0.5, -0.5, 0.5), "gravity": 1.3}
+ROTOR = (0.3, -0.4, 0.8)
+TENSOR = [[1.3, 0.1, 0.2], [0.1, 1.8, -0.1], [0.2, -0.1, 2.0]]
+BODIES = {
+    "general": kr.Body(1.2, (1.3, 2.1, 1.7), (0.2, -0.3, 0.4), unphysical=True),
+    "largest N": kr.Body(1.2, (2.1, 1.3, 1.7), (0.2, -0.3, 0.4), unphysical=True),
+    "tensor": kr.Body(1.2, TENSOR, (0.2, -0.3, 0.4), unphysical=True, rotor=ROTOR),
+    "free": kr.Body(1.2, (1.3, 2.1, 1.7), (0, 0, 0), rotor=ROTOR),
+    "free symmetric": kr.Body(1.2, (1.7, 1.3, 1.3), (0, 0, 0)),
+    "lagrange": kr.Body(1.2, (1.3, 1.7, 1.3), (0, 0.4, 0), unphysical=True),
+    "axial rotor": kr.Body(1.2, (1.3, 1.3, 1.7), (0, 0, 0.4), unphysical=True, rotor=(0, 0, 0.7)),
+    "kowalewski": kr.Body(1, (2, 2, 1), (0.7, 0, 0), unphysical=True),
+    "spherical": kr.Body(1.2, (1.3, 1.3, 1.3), (0.3, 0.4, 0.5), unphysical=True),
+}
+
+
+def make_scene(name, **words):
+    return kr.Scene(BODIES[name], **START, **words)
+
+
+class Motion:
+    """The equations of motion in space, for y = attitude and momentum."""
+
+    def __init__(self, scene):
+        body = scene.body
+        tensor = np.array(body.inertia)
+        self.scene, self.rotor, self.com = scene, np.array(body.rotor), np.array(body.com)
+        self.inverse = np.linalg.inv(np.diag(tensor) if tensor.ndim == 1 else tensor)
+        axes = np.array([turn(body.axes, e) for e in np.eye(3)])
+        self.drag = axes.T @ np.diag(scene.damping) @ axes
+        reach = np.linalg.norm(self.com)
+        self.apex = self.com / reach if reach else axes[2]
+
+    def seen(self, y):
+        """Return the momentum and the turning of the support, seen from the body."""
+        q = tuple(y[:4])
+        return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
+
+    def relative(self, y):
+        """Return the angular velocity relative to the support, seen from the body."""
+        own, turning = self.seen(y)
+        return self.inverse @ (own - self.rotor) - turning
+
+    def spin(self, y):
+        return self.relative(y) @ self.apex
+
+    def torque(self, t, y):
+        """Return the torque without friction, seen from the body."""
+        amplitude, rate, phase = self.scene.shaking
+        pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+        up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
+        return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
+
+    def needed(self, t, y):
+        """Return the friction that keeps the spin."""
+        (own, turning), relative = self.seen(y), self.relative(y)
+        change = self.torque(t, y) - np.cross(relative + turning, own)
+        change = self.inverse @ change - np.cross(turning, relative)
+        return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
+
+    def rates(self, t, y, friction):
+        """Return y' for a friction, the torque about the apex."""
+        q = tuple(y[:4])
+        torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
+        torque -= np.cross(self.scene.turning, y[4:])
+        return [*(0.5 * np.array(multiply(q, (0, *self.relative(y))))), *torque]
+
+
+def integrate_with_stops(scene, end):
+    """Return the attitude and momentum at `end`, and the times at which friction changed."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+    motion, friction = Motion(scene), scene.friction
+    y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
+    sign = np.sign(motion.spin(y)) if friction else 0.0
+    while t != end:
+        if friction and not sign:
+
+            def rates(t, y):
+                return motion.rates(t, y, motion.needed(t, y))
+
+            def change(t, y):
+                return abs(motion.needed(t, y)) - friction
+
+        else:
+
+            def rates(t, y, sign=sign):
+                return motion.rates(t, y, -sign * friction)
+
+            def change(_, y, sign=sign):
+                return sign * motion.spin(y)
+
+        change.terminal, change.direction = True, -1.0 if sign else 1.0
+        events = change if friction and end > 0.0 else None
+        part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, events=events)
+        t, y = part.t[-1], part.y[:, -1]
+        stops += [t] if part.status == 1 else []
+        force = motion.needed(t, y)
+        sign = 0.0 if sign and abs(force) <= friction else -np.sign(force)
+    return y[:4] / np.linalg.norm(y[:4]), y[4:], stops
+
+
+def integrate(scene, t):
+    """Return the attitude and momentum at `t`."""
+    return integrate_with_stops(scene, t)[:2]
+
+
+def compare_methods(scene, end, fewest):
+    """Compare every method that suits the scene with SciPy."""
+    q, m = integrate(scene, end)
+    tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
+    suited = [method for method in kr.methods.values() if method.suits(scene)]
+    assert fewest <= {method.name for method in suited}
+    for method in suited:
+        step = {} if method.adaptive or method.exact else {"step": 0.005}
+        path = kr.solve(scene, [0.0, end], method.name, **step)
+        allowed = tolerance[method.order]
+        assert kr.attitude_error(path.q[-1], q) < allowed, method.name
+        assert np.abs(path.m[-1] - m).max() < allowed, method.name
+
+
+def integral_of(values, t):
+    """Return the integral of samples at an odd number of evenly spaced times (Simpson)."""
+    return ((values[1:-1:2] * 4 + values[:-2:2] + values[2::2]) * (t[1] - t[0]) / 3).sum()
+
+
+def check_members(tops, t, **options):
+    """Check that the members of an ensemble have the bits of single tops."""
+    paths = kr.solve(tops, t, "taylor", **options)
+    assert not paths.status.any()
+    for i, path in enumerate(paths):
+        alone = kr.solve(tops[i], t, "taylor", **options)
+        assert path.states.tobytes() == alone.states.tobytes()
+        assert path.energy.tobytes() == alone.energy.tobytes()
+
+
+def check_resumed(scene, words, t=(0.7, 1.6)):
+    """Check that runs and streams are those of solve, and that resumed runs have the same bits."""
+    for options in words:
+        run, first = kr.start(scene, **options), t[0]
+        run.to([first])
+        again = kr.resume(run.checkpoint)
+        assert again.scene == scene
+        rest = run.to([t[1]])
+        assert rest.states.tobytes() == again.to([t[1]]).states.tobytes()
+        whole = kr.solve(scene, t, **options)
+        assert np.abs(rest.q[-1] - whole.q[-1]).max() < 1e-13
+        streamed = [path.states for path in kr.stream(scene, list(t), **options)]
+        assert np.abs(np.concatenate(streamed) - whole.states).max() < 1e-13
+
+
+def compare_tangents(scene, end, columns, digits=16, step=1e-6):
+    """Compare derivatives with central differences.
+
+    `columns` are pairs (name of the tangent, functions of a small number that return scenes).
+    """
+    names = tuple(dict.fromkeys(name for name, _ in columns))
+    path = kr.solve(scene, [0.0, end], "taylor", tangents=names, digits=digits)
+    plain = kr.solve(scene, [0.0, end], "taylor", digits=digits)
+    assert path.states.tobytes() == plain.states.tobytes()
+    back = tuple(plain.q[-1] * (1, -1, -1, -1))
+    expected = []
+    for _, change in columns:
+        one, other = (kr.solve(change(s * step), [0.0, end], "taylor") for s in (1.0, -1.0))
+        turned = 2 * np.array(multiply(back, tuple((one.q[-1] - other.q[-1]) / (2 * step))))[1:]
+        expected.append([*turned, *((one.m[-1] - other.m[-1]) / (2 * step))])
+    assert np.abs(path.tangents[-1] - np.array(expected).T).max() < 1e-7
+
+
+def unit_changes(scene, name, tangent=None):
+    """Return the columns of `compare_tangents` for the components of a word of Scene."""
+    value = np.atleast_1d(getattr(scene, name))
+
+    def change(k):
+        def changed(by):
+            moved = value + by * np.eye(len(value))[k]
+            return scene.replace(**{name: moved if len(value) > 1 else float(moved[0])})
+
+        return changed
+
+    return [(tangent or name, change(k)) for k in range(len(value))]

@@ -1,0 +1,161 @@
+"""Tops with dry friction, compared with SciPy and with spins in closed form."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+import pytest
+from moving_tops import (
+    BODIES,
+    START,
+    check_members,
+    check_resumed,
+    compare_methods,
+    compare_tangents,
+    integral_of,
+    integrate_with_stops,
+    make_scene,
+    unit_changes,
+)
+
+FRICTION = 0.05
+LAGRANGE = kr.Body(1.2, (1.3, 1.3, 1.7), (0, 0, 0.4), unphysical=True)
+HEAVY = make_scene("general", friction=FRICTION)
+SPUN = kr.Scene.spinning(LAGRANGE, spin=2.0, tilt=0.7, precession=0.3, gravity=1.3)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_taylor_agrees_with_scipy(name):
+    for friction in (0.05, 0.5):
+        for words in ({}, {"damping": (0.1, 0.2, 0.3), "turning": (0.3, -0.2, 0.5)}):
+            scene = make_scene(name, friction=friction, shaking=(0.1, 5.0, 0.3), **words)
+            q, m, stops = integrate_with_stops(scene, 6.0)
+            path = kr.solve(scene, [0.0, 6.0])
+            assert kr.attitude_error(path.q[-1], q) < 1e-8, (name, friction, stops)
+            assert np.abs(path.m[-1] - m).max() < 1e-8
+    if not stops:
+        compare_methods(scene, 2.0, {"taylor"})
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.2])
+def test_the_spin_of_a_symmetric_top_in_closed_form(damping):
+    for tilt in (0.0, 0.7, math.pi):
+        top = kr.Scene.spinning(
+            LAGRANGE, spin=-2.0, tilt=tilt, gravity=1.3, friction=0.1, damping=damping
+        )
+        rate = damping / 1.7
+        stop = math.log1p(2.0 * damping / 0.1) / rate if damping else 1.7 * 2.0 / 0.1
+        path = kr.solve(top, np.linspace(0.0, 1.5 * stop, 301))
+        decay = np.exp(-rate * path.t)
+        slowed = 0.1 * (1.0 - decay) / damping if damping else 0.1 * path.t / 1.7
+        expected = -np.maximum(2.0 * decay - slowed, 0.0)
+        assert np.abs(path.spin - expected).max() < 1e-12
+        found = kr.solve(top, 1.5 * stop, events=[kr.events.stopped()]).events
+        assert found.t == pytest.approx([stop], rel=1e-13)
+        end = kr.solve(top, 1.5 * stop, events=[kr.events.stopped(terminal=True)])
+        assert end.t[-1] == pytest.approx(stop, rel=1e-13) and abs(end.spin[-1]) < 1e-14
+
+
+def test_a_stopped_top_is_a_spherical_pendulum():
+    top = SPUN.replace(friction=0.5)
+    stop = kr.solve(top, 20.0, events=[kr.events.stopped(terminal=True)])
+    after = kr.solve(top, [stop.t[-1] + 5.0])
+    still = kr.solve(stop.end.replace(friction=0.0), [5.0])
+    assert kr.attitude_error(after.q[-1], still.q[-1]) < 1e-13
+    assert abs(after.spin[-1]) < 1e-15
+
+
+def test_the_power_balance():
+    scene = make_scene("tensor", friction=FRICTION, damping=(0.02, 0.03, 0.05))
+    t = np.linspace(0, 3, 2001)
+    path = kr.solve(scene, t)
+    axes = np.array([kr.quaternion.turn(scene.body.axes, e) for e in np.eye(3)])
+    power = -((path.body_velocity @ axes.T) ** 2 @ np.array(scene.damping))
+    power -= FRICTION * np.abs(path.spin)
+    assert np.abs(path.spin).min() > 1e-3  # no kink in the integrand
+    assert path.energy[-1] - path.energy[0] == pytest.approx(integral_of(power, t), abs=1e-10)
+    assert math.isnan(path.energy_error)
+
+
+def test_digits_agree_with_each_other_across_a_stop():
+    scene = make_scene("lagrange", friction=0.5)
+    paths = [kr.solve(scene, [0.0, 4.0], "taylor", digits=digits) for digits in (16, 20, 30)]
+    assert kr.solve(scene, 4.0, events=[kr.events.stopped()]).events.t.size
+    assert kr.attitude_error(paths[0].q[-1], paths[2].q[-1]) < 1e-14
+    low = (paths[1].q[-1] - paths[2].q[-1]) + (paths[1].q_low[-1] - paths[2].q_low[-1])
+    assert np.abs(low).max() < 1e-18
+
+
+def test_backward_in_time_a_stopped_top_has_no_unique_past():
+    fast = SPUN.replace(friction=0.1)
+    back = kr.solve(fast, [0.0, -3.0])
+    assert np.abs(back.spin - (2.0 + 0.1 / 1.7 * 3.0))[-1] < 1e-13
+    assert kr.attitude_error(kr.solve(back.end, [3.0]).q[-1], fast.attitude) < 1e-13
+    stopped = kr.solve(fast, 60.0)
+    with pytest.raises((kr.Error, ValueError), match="backward|back"):
+        kr.solve(stopped.end, [-1.0])
+
+
+def test_runs_are_resumed_across_a_stop():
+    top = SPUN.replace(friction=1.0)
+    stop = kr.solve(top, 20.0, events=[kr.events.stopped()]).events.t[0]
+    for t in ((0.5 * stop, 1.5 * stop), (1.2 * stop, 2.0 * stop)):
+        check_resumed(top, [{"method": "taylor"}, {"method": "taylor", "digits": 20}], t)
+    check_resumed(HEAVY, [{"method": "taylor"}])
+    run = kr.start(top)
+    run.to([2.0 * stop])
+    run.push((0.0, 0.0, 2.0))
+    assert abs(run.to([2.0 * stop]).spin[-1]) > 0.1
+    assert abs(run.to([10.0 * stop]).spin[-1]) < 1e-14
+
+
+def test_members_of_an_ensemble_equal_single_tops():
+    tops = HEAVY.vary(friction=[0.0, 0.05, 0.7])
+    assert kr.Ensemble.of([tops[0], tops[1]])[1] == tops[1] == kr.Source.of(tops)[1]
+    assert tops.axes == ("friction",) and tops.coords["friction"].tolist() == [0.0, 0.05, 0.7]
+    check_members(tops, [0.0, 5.0])
+    check_members(tops, [0.0, 5.0], digits=20)
+    found = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
+    assert not found.status.any()
+    assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "friction=0.05" in repr(HEAVY)
+
+
+@pytest.mark.parametrize("digits", [16, 30])
+def test_tangents_agree_with_differences(digits):
+    scene = make_scene("tensor", friction=FRICTION, damping=(0.1, 0.2, 0.3))
+    compare_tangents(scene, 1.0, unit_changes(scene, "friction"), digits)
+    top = SPUN.replace(friction=1.0)  # it stops on the way
+    compare_tangents(top, 5.0, unit_changes(top, "friction"), digits)
+    compare_tangents(top, 5.0, unit_changes(top, "gravity"), digits)
+
+
+@pytest.mark.parametrize("friction", [math.nan, math.inf, -0.1, "x", (1, 2, 3)])
+def test_invalid_friction_is_refused(friction):
+    for make in (
+        lambda: HEAVY.replace(friction=friction),
+        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), friction=friction),
+        lambda: kr.start(HEAVY).change(friction=friction),
+    ):
+        with pytest.raises((TypeError, ValueError), match="friction"):
+            make()
+    if friction != (1, 2, 3):
+        with pytest.raises((TypeError, ValueError), match="friction"):
+            HEAVY.vary(friction=[0.0, friction])
+
+
+def test_whatever_does_not_know_friction_says_so():
+    path = kr.solve(HEAVY, np.linspace(0, 10, 101))
+    for refused in (
+        lambda: kr.exact(SPUN.replace(friction=0.1)),
+        lambda: kr.solve(SPUN.replace(friction=0.1), 1.0, "exact"),
+        lambda: kr.solve(HEAVY, 1.0, "strang", step=0.1),
+        lambda: kr.lyapunov(HEAVY, 10.0),
+        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
+        lambda: kr.view(HEAVY, open=False),
+        lambda: kr.rod(path),
+        lambda: kr.frequencies(path),
+        lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1),
+        lambda: kr.fit(HEAVY, kr.Record(path.t, {"q": path.q}, 0.1)),
+    ):
+        with pytest.raises(ValueError, match="friction"):
+            refused()

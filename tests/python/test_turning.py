@@ -1,0 +1,233 @@
+"""Tops on turning supports, compared with SciPy, decimals and tops on supports at rest."""
+
+import math
+import pickle
+from dataclasses import replace
+
+import kreisel as kr
+import numpy as np
+import pytest
+from decimal_series import Series, attitude_error
+from moving_tops import (
+    BODIES,
+    START,
+    check_members,
+    check_resumed,
+    compare_methods,
+    compare_tangents,
+    integral_of,
+    make_scene,
+    unit_changes,
+)
+
+multiply, turn, turn_back = kr.quaternion.multiply, kr.quaternion.turn, kr.quaternion.turn_back
+
+TURNING, ABOUT_E3 = (0.3, -0.2, 0.5), (0.0, 0.0, 0.6)
+HEAVY = make_scene("general", turning=TURNING)
+
+
+def rotation(turning, t):
+    """Return the quaternion of the rotation of the support up to the time `t`."""
+    rate = np.linalg.norm(turning)
+    return math.cos(rate * t / 2), *(math.sin(rate * t / 2) / rate * np.array(turning))
+
+
+@pytest.mark.parametrize("end", [2.0, -2.0])
+@pytest.mark.parametrize("name", BODIES)
+def test_every_method_agrees_with_scipy(name, end):
+    compare_methods(make_scene(name, turning=TURNING), end, {"taylor"})
+    compare_methods(make_scene(name, turning=TURNING, damping=(0.1, 0.2, 0.3)), end, {"taylor"})
+    compare_methods(make_scene(name, turning=ABOUT_E3), end, {"taylor"})
+
+
+@pytest.mark.parametrize("digits, tolerance", [(None, 1e-14), (20, 1e-18), (30, 1e-27)])
+def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
+    for name in ("general", "tensor", "lagrange"):
+        for damping in (0.0, 0.03):
+            scene = make_scene(name, turning=TURNING, damping=damping)
+            path = kr.solve(scene, [0.0, -1.5], "taylor", digits=digits)
+            q, _ = Series(scene).to(-1.5)
+            low = path.q_low[-1] if digits else (0, 0, 0, 0)
+            assert attitude_error(q, path.q[-1], low) < tolerance
+
+
+@pytest.mark.parametrize("t", [40.0, -40.0])
+@pytest.mark.parametrize("name", BODIES)
+def test_the_same_top_seen_from_rest(name, t):
+    """Compare with a support at rest, about e3 under gravity and about any axis without."""
+    for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
+        still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})
+        moved = still.replace(turning=turning)
+        rest = kr.solve(still, [0.0, t], "taylor", digits=20)
+        path = kr.solve(moved, [0.0, t])
+        back = rotation(turning, -t)
+        growth = 1e-13 + 1e-16 * np.exp(0.5 * abs(t))  # some of these tops are chaotic
+        assert kr.attitude_error(path.q[-1], multiply(back, tuple(rest.q[-1]))) < growth
+        assert np.abs(path.m[-1] - turn(back, tuple(rest.m[-1]))).max() < growth
+
+
+def test_jacobis_integral_is_conserved():
+    for name in BODIES:
+        path = kr.solve(make_scene(name, turning=TURNING), np.linspace(0, 20, 101))
+        scene, body = path.scene, path.scene.body
+        tensor = np.array(body.inertia)
+        tensor = np.diag(tensor) if tensor.ndim == 1 else tensor
+        seen = np.array([turn_back(tuple(q), TURNING) for q in path.q])
+        velocity = np.array(path.body_velocity)
+        kinetic = 0.5 * np.einsum("ni,ij,nj->n", velocity, tensor, velocity)
+        height = np.array([turn(tuple(q), body.com)[2] for q in path.q])
+        potential = body.mass * scene.gravity * height - seen @ body.rotor
+        potential -= 0.5 * np.einsum("ni,ij,nj->n", seen, tensor, seen)
+        assert np.abs(path.kinetic - kinetic).max() < 1e-13
+        assert np.abs(path.potential - potential).max() < 1e-13
+        assert np.ptp(path.energy) < 1e-13 and np.ptp(path.kinetic) > 1e-3
+        assert path.energy_error < 1e-13
+        if any(body.com):
+            assert np.ptp(path.vertical_momentum) > 1e-2
+
+
+def test_the_power_balance_with_damping():
+    scene = make_scene("tensor", turning=TURNING, damping=(0.02, 0.03, 0.05))
+    t = np.linspace(0, 10, 2001)
+    path = kr.solve(scene, t)
+    axes = np.array([turn(scene.body.axes, e) for e in np.eye(3)])
+    power = -((path.body_velocity @ axes.T) ** 2 @ np.array(scene.damping))
+    assert path.energy[-1] - path.energy[0] == pytest.approx(integral_of(power, t), abs=1e-11)
+
+
+def test_velocities_are_those_seen_from_the_support():
+    for name in ("general", "tensor"):
+        body = BODIES[name]
+        inertia = np.array(body.inertia)
+        inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
+        q = START["attitude"]
+        for word, given in (("velocity", (1, 2, 3)), ("body_velocity", (3, -1, 2))):
+            scene = kr.Scene(body, **{word: given}, attitude=q, turning=TURNING)
+            path = kr.solve(scene, [0.0])
+            assert np.abs(getattr(path, word) - given).max() < 1e-14
+            own = turn_back(q, given) if word == "velocity" else given
+            own = inertia @ (np.array(own) + turn_back(q, TURNING)) + body.rotor
+            assert np.abs(path.m[0] - turn(q, tuple(own))).max() < 1e-14
+            tops = kr.Ensemble(body, **{word: [given]}, attitude=q, turning=[TURNING, (0, 0, 1)])
+            assert tops[0] == scene
+    spun = kr.Scene.from_euler(body, (0.3, 1.0, 0.2), (1.0, 0.5, 3.0), turning=TURNING)
+    assert (
+        spun == kr.Ensemble.from_euler(body, [(0.3, 1.0, 0.2)], (1.0, 0.5, 3.0), turning=TURNING)[0]
+    )
+    t = np.linspace(0, 1e-3, 5)
+    angles = kr.solve(spun, t, digits=20).nutation
+    assert (angles[1] - angles[0]) / t[1] == pytest.approx(0.5, abs=1e-2)
+
+
+def test_a_support_at_rest_changes_no_bit():
+    for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
+        still = scene.replace(turning=(0.0, -0.0, 0.0), shaking=(0, 3.0, 1.0), friction=0)
+        for method in kr.methods.values():
+            if method.suits(scene):
+                assert method.suits(still)
+                step = {} if method.adaptive else {"step": 0.01}
+                one = kr.solve(still, [0, 1.0], method.name, **step)
+                other = kr.solve(scene, [0, 1.0], method.name, **step)
+                assert one.states.tobytes() == other.states.tobytes(), method.name
+
+
+def test_members_of_an_ensemble_equal_single_tops():
+    tops = HEAVY.vary(turning=[(0.1, 0.2, 0.3), (0, 0, 0.4), (0, 0, 0)], velocity=(0.3, 0, -0.2))
+    expected = {**START, "momentum": None}
+    assert tops[0] == kr.Scene(
+        BODIES["general"], **expected, velocity=(0.3, 0, -0.2), turning=(0.1, 0.2, 0.3)
+    )
+    assert kr.Ensemble.of([tops[0], tops[1]])[1] == tops[1] == kr.Source.of(tops)[1]
+    assert pickle.loads(pickle.dumps(tops)) == tops and tops.coords["turning"].shape == (3, 3)
+    check_members(tops, [0.0, 1.0])
+    check_members(tops, [0.0, -1.0], digits=20)
+    grid = kr.Source.grid(HEAVY, turning=[(0, 0, 1), (0, 1, 0)], gravity=[1.0, 2.0])
+    assert grid[1].turning == (0, 0, 1) and grid[2].turning == (0, 1, 0)
+    assert HEAVY.scatter(2, momentum=0.1)[1].turning == TURNING
+    plan = kr.plan(tops, [0.0, 1.0])
+    assert plan.closed_form + plan.lanes + plan.alone == 3
+
+
+def test_runs_are_resumed_and_changed():
+    check_resumed(HEAVY, [{"method": "taylor"}, {"method": "taylor", "digits": 30}])
+    run = kr.start(HEAVY)
+    before = run.to([1.0])
+    run.change(turning=(0, 0, 2.0))
+    after = run.to([1.0, 1.5])
+    assert np.abs(after.m[0] - before.m[0]).max() == 0.0
+    lost = np.array(TURNING) - (0, 0, 2.0)
+    assert np.abs(after.velocity[0] - before.velocity[0] - lost).max() < 1e-14
+    expected = kr.solve(before.end.replace(turning=(0, 0, 2.0)), [0.5])
+    assert np.abs(after.q[-1] - expected.q[-1]).max() < 1e-14
+
+
+def test_texts_and_archives_keep_the_turning(tmp_path):
+    assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "turning" in repr(HEAVY)
+    assert (
+        "turning" not in repr(HEAVY.replace(turning=None)) + HEAVY.replace(turning=None).to_toml()
+    )
+    assert HEAVY.replace(turning=None) != HEAVY and eval(repr(HEAVY), vars(kr)) == HEAVY
+    kr.solve(HEAVY, [0.0, 1.0]).save(tmp_path / "path.npz")
+    assert kr.load(tmp_path / "path.npz").scene == HEAVY
+    text = "[spinning]\nspin = 9\nturning = [0, 0, 1]\n[body.cone]\nradius = 1\nheight = 2\n"
+    read = kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1\n")
+    assert read.turning == (0, 0, 1) and kr.solve(read, [0.0]).spin[0] == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("digits", [16, 30])
+def test_tangents_agree_with_differences(digits):
+    for name in ("general", "tensor"):
+        scene = make_scene(name, turning=TURNING, damping=(0.1, 0.2, 0.3))
+        compare_tangents(scene, 2.0, unit_changes(scene, "turning"), digits)
+        compare_tangents(scene, 2.0, unit_changes(scene, "damping"), digits)
+
+
+def test_conditioning_counts_the_turning():
+    path = kr.solve(HEAVY, [0.0, 2.0], "taylor", tangents=tuple(kr._core.tangents))
+    assert 1e-16 < path.conditioning[-1] < 1e-13
+    less = kr.solve(HEAVY.replace(turning=None), [0.0, 2.0], tangents=("start", "moments"))
+    with pytest.raises(AttributeError, match="conditioning"):
+        less.conditioning  # noqa: B018
+    assert kr.solve(HEAVY, [0.0, 5.0]).error < 1e-13
+
+
+@pytest.mark.parametrize("turning", [(math.nan, 0, 0), (0, math.inf, 0), "x", (1, 2), 1.0])
+def test_invalid_turning_is_refused(turning):
+    for make in (
+        lambda: HEAVY.replace(turning=turning),
+        lambda: HEAVY.vary(turning=turning),
+        lambda: kr.Ensemble(HEAVY.body, momentum=(0, 0, 1), turning=turning),
+        lambda: kr.Scene.from_euler(HEAVY.body, (0, 1, 0), turning=turning),
+        lambda: kr.Source.grid(HEAVY, turning=[turning, turning]),
+        lambda: kr.start(HEAVY).change(turning=turning),
+    ):
+        with pytest.raises((TypeError, ValueError), match="turning"):
+            make()
+
+
+def test_whatever_does_not_know_turning_supports_says_so():
+    path = kr.solve(HEAVY, np.linspace(0, 10, 101))
+    axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
+    for refused in (
+        lambda: kr.exact(HEAVY),
+        lambda: kr.solve(HEAVY, 1.0, "exact"),
+        lambda: kr.solve(kr.Scene(axial, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1),
+        lambda: kr.lyapunov(HEAVY, 10.0),
+        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
+        lambda: kr.view(HEAVY, open=False),
+        lambda: kr.rod(path),
+        lambda: kr.frequencies(path),
+        lambda: kr.events.separatrix(HEAVY),
+        lambda: kr.solve(HEAVY, 1.0, events=[kr.events.kinetic(1.0)]),
+        lambda: kr.Scene.spinning(axial, spin=9.0, tilt=0.3, steady=True, turning=TURNING),
+        lambda: kr.Scene(axial, **START).vary(spin=[9.0], steady=True, turning=TURNING),
+        lambda: kr.fit(HEAVY, kr.Record(path.t, {"q": path.q}, 0.1)),
+    ):
+        with pytest.raises(ValueError, match="turn"):
+            refused()
+    with pytest.raises(ValueError, match="turn"):
+        kr.solve(replace_body(HEAVY), 1.0, "geometric", error=1e-3)
+
+
+def replace_body(scene):
+    return scene.replace(body=replace(scene.body, rotor=(0.0, 0.0, 0.1)))

@@ -1,0 +1,192 @@
+"""Tops with rotors, damping, friction and moving supports, integrated by heyoka in 128 bit.
+
+In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
+the space at rest is w = J^-1 (M - rotor). The equations are
+
+    M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
+
+with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
+friction k is -friction times the sign of the spin, <w - u, a>. If the spin is zero, k is the value
+that keeps it zero, as long as |k| is at most the friction. One compiled integrator serves all tops.
+"""
+
+import math
+
+import heyoka as hy
+import numpy as np
+
+from .equations import CYCLE, product
+
+FP = hy.real128
+TOLERANCE = 1e-33
+PARAMETERS = 3 + 3 + 3 + 1 + 3 + 3 + 3 + 3 + 2
+(MOMENTS, ROTOR, LEVER, GRAVITY, SHAKING, DAMPING, TURNING, APEX, FRICTION, HOLD) = (
+    0, 3, 6, 9, 10, 13, 16, 19, 22, 23,
+)  # fmt: skip
+SLIDING, HELD = 0.0, 1.0
+
+
+def _cross(a, b):
+    return [a[j] * b[k] - a[k] * b[j] for _, j, k in CYCLE]
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _seen_from_body(q, v):
+    """Return the components of a vector of space along the principal axes."""
+    back = [q[0], -q[1], -q[2], -q[3]]
+    return product(product(back, [hy.expression(FP(0.0)), *v]), q)[1:]
+
+
+def _block(first, n=3):
+    return [hy.par[first + i] for i in range(n)]
+
+
+class _Equations:
+    """The equations, the spin, and the friction that would keep the spin."""
+
+    def __init__(self):
+        q, M = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
+        moments, apex, turning = _block(MOMENTS), _block(APEX), _block(TURNING)
+        u = _seen_from_body(q, turning)
+        P = _seen_from_body(q, [hy.expression(FP(x)) for x in (0.0, 0.0, 1.0)])
+        w = [(m - h) / j for m, h, j in zip(M, _block(ROTOR), moments, strict=True)]
+        relative = [x - y for x, y in zip(w, u, strict=True)]
+        amplitude, rate, phase = _block(SHAKING)
+        g = hy.par[GRAVITY] - amplitude * rate * rate * hy.cos(rate * hy.time + phase)
+        drag = [d * x for d, x in zip(_block(DAMPING), relative, strict=True)]
+        free = [
+            x + g * y - z
+            for x, y, z in zip(_cross(M, w), _cross(P, _block(LEVER)), drag, strict=True)
+        ]
+        # The derivative of w - u along a, without friction: u' = u x (w - u).
+        moved = _cross(u, relative)
+        change = _dot(apex, [x / j - y for x, j, y in zip(free, moments, moved, strict=True)])
+        needed = -change / _dot(apex, [x / j for x, j in zip(apex, moments, strict=True)])
+        held = hy.par[HOLD]
+        k = held * needed + (FP(1.0) - held) * hy.par[FRICTION]
+        turned = product(q, [hy.expression(FP(0.0)), *[FP(0.5) * x for x in relative]])
+        rates = [*turned, *[x + k * a for x, a in zip(free, apex, strict=True)]]
+        self.system = list(zip([*q, *M], rates, strict=True))
+        self.spin = _dot(apex, relative)
+        self.needed = needed
+        self.slip = needed * needed - hy.par[FRICTION] * hy.par[FRICTION]
+
+
+class SupportIntegrator:
+    """A compiled integrator, which returns the attitude and the momentum of any scene."""
+
+    def __init__(self):
+        made = _Equations()
+        common = {
+            "state": np.array([FP(1)] + [FP(0)] * 6),
+            "tol": FP(TOLERANCE),
+            "fp_type": FP,
+            "pars": np.array([FP(1)] * PARAMETERS),
+            "compact_mode": True,
+        }
+        # An event is used only to notice a change; both integrators share the equations.
+        self.sliding = hy.taylor_adaptive(
+            made.system, t_events=[hy.t_event(made.spin, fp_type=FP)], **common
+        )
+        self.held = hy.taylor_adaptive(
+            made.system, t_events=[hy.t_event(made.slip, fp_type=FP)], **common
+        )
+        self.smooth = hy.taylor_adaptive(made.system, **common)
+        variables = [name for name, _ in made.system]
+        self._spin = hy.cfunc([made.spin, made.needed], vars=variables, fp_type=FP)
+        self.stops = []
+
+    def _measure(self, top):
+        """Return the spin, and the friction that keeps a spin of zero."""
+        spin, needed = self._spin(top.state, pars=top.pars[:FRICTION], time=top.time)
+        return float(spin), float(needed)
+
+    def __call__(self, scene, t):
+        """Return the attitude, principal axes -> space, and the momentum in space at `t`."""
+        state, pars = _read_scene(scene)
+        self.stops = []
+        if not scene.friction:
+            end = self._run(self.smooth, state, pars, FP(0), t)[0]
+            return _to_space(end.state)
+        return self._with_friction(scene.friction, state, pars, t)
+
+    def _run(self, top, state, pars, begin, t):
+        top.state[:], top.pars[:], top.time = state, pars, begin
+        if any(top.t_events if top is not self.smooth else []):
+            top.reset_cooldowns()
+        outcome = top.propagate_until(FP(t))[0]
+        return top, outcome == hy.taylor_outcome.time_limit
+
+    def _with_friction(self, friction, state, pars, t):
+        """Integrate piece by piece, from one change between sliding and rest to the next."""
+        self.smooth.state[:], self.smooth.pars[:], self.smooth.time = state, pars, FP(0)
+        spin, needed = self._measure(self.smooth)
+        begin = FP(0)
+        while True:
+            is_held = spin == 0.0 and abs(needed) <= friction
+            sign = math.copysign(1.0, spin) if spin else math.copysign(1.0, -needed)
+            pars[HOLD] = FP(HELD if is_held else SLIDING)
+            pars[FRICTION] = FP(friction) if is_held else FP(-friction * sign)
+            top, is_done = self._run(self.held if is_held else self.sliding, state, pars, begin, t)
+            state, begin = top.state.copy(), top.time
+            if is_done:
+                return _to_space(state)
+            self.stops.append(float(begin))
+            spin, needed = 0.0, self._measure(top)[1]
+            if is_held:  # the event is the beginning of a slip
+                needed = math.copysign(2.0 * friction, needed)
+
+
+def _read_scene(scene):
+    """Return the state in principal axes and the parameters, as numbers of 128 bit."""
+    body = scene.body
+    q = np.array(product(_exact(scene.attitude), _exact(body.axes)))
+    q = q / (q @ q) ** FP(0.5)
+    back = [q[0], -q[1], -q[2], -q[3]]
+    momentum = product(product(back, [FP(0), *_exact(scene.momentum)]), q)[1:]
+    pars = np.array([FP(0)] * PARAMETERS)
+    lever = FP(body.mass) * _exact(body.principal_com)
+    reach = lever @ lever
+    apex = lever / reach ** FP(0.5) if reach > 0 else _exact((0.0, 0.0, 1.0))
+    for first, numbers in (
+        (MOMENTS, _exact(body.moments)),
+        (ROTOR, _exact(body.principal_rotor)),
+        (LEVER, lever),
+        (GRAVITY, _exact((scene.gravity,))),
+        (SHAKING, _exact(scene.shaking)),
+        (DAMPING, _exact(scene.damping)),
+        (TURNING, _exact(scene.turning)),
+        (APEX, apex),
+    ):
+        pars[first : first + len(numbers)] = numbers
+    return np.array([*q, *momentum]), pars
+
+
+def _exact(numbers):
+    return np.array([FP(float(x)) for x in numbers])
+
+
+def _to_space(state):
+    """Return the attitude, and the momentum with components in space."""
+    q = np.array(state[:4])
+    q = q / (q @ q) ** FP(0.5)
+    back = [q[0], -q[1], -q[2], -q[3]]
+    return q, np.array(product(product(q, [FP(0), *state[4:]]), back)[1:])
+
+
+def find_attitude_error(path, q):
+    """Return the angle between the last attitude of a path and `q` [rad]."""
+    low = path.q_low[-1] if path.digits in (20, 30) else np.zeros(4)
+    there = np.array(product(_exact(path.q[-1]) + _exact(low), _exact(path.scene.body.axes)))
+    off = product([q[0], -q[1], -q[2], -q[3]], there / (there @ there) ** FP(0.5))
+    return 2.0 * math.asin(min(1.0, math.sqrt(sum(float(x) ** 2 for x in off[1:]))))
+
+
+def find_momentum_error(path, m):
+    """Return the distance between the last momentum of a path and `m` [M L^2 T^-1]."""
+    low = path.m_low[-1] if path.digits in (20, 30) else np.zeros(3)
+    off = _exact(path.m[-1]) + _exact(low) - m
+    return math.sqrt(sum(float(x) ** 2 for x in off))

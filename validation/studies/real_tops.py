@@ -1,0 +1,240 @@
+"""The accuracy of random tops with rotors, damping, friction and moving supports.
+
+    python -m validation.studies.real_tops [--tops 2000] [--seed 1]
+
+Each top has a random kind of body, described in turned or permuted axes, and each of the five words
+rotor, damping, turning, shaking and friction with probability 1/2. Times have either sign. The
+truth is heyoka in 128 bit (validation/references/support_equations.py), which knows nothing of
+kreisel except the numbers of the scene. Every top is solved with 16, 20 and 30 digits, by a run
+that is saved and resumed on the way, in an ensemble, and by the closed form if it has one.
+
+The conditioning of a state is its largest change if all numbers of the scene change by a relative
+2^-53, with random signs. It is measured with the truth. Errors are those of the attitude [rad], and
+those of the momentum divided by the largest moment times the rate of the top. They should be at
+most 10 times the conditioning, which is scaled to 1e-20 and 1e-30 for 20 and 30 digits.
+"""
+
+import argparse
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import kreisel as kr
+import numpy as np
+
+from ..references.support_equations import (
+    SupportIntegrator,
+    find_attitude_error,
+    find_momentum_error,
+)
+
+WORDS = ("rotor", "damping", "turning", "shaking", "friction")
+KINDS = ("general", "lagrange", "oblique", "free", "free axial", "spherical", "kowalewski", "gc")
+UNIT = {16: 2.0**-53, 20: 1e-20, 30: 1e-30}
+NUDGE = 2.0**-30
+NUDGES = 4
+LIMIT = 10.0
+GROUP = 25  # tops of an ensemble
+MOST_GROWTH = 1e6  # tops whose conditioning is larger are chaotic, and are counted only
+
+
+def draw_body(rng, kind, has_rotor):
+    """Draw a body of a kind, described in axes that are permuted or turned."""
+    densities, com = rng.uniform(0.1, 1.5, 3), rng.normal(size=3) * 0.4
+    if kind in ("lagrange", "oblique", "free axial"):
+        densities[1] = densities[0]
+    moments = densities.sum() - densities
+    if kind in ("lagrange", "kowalewski", "gc"):
+        com[:] = (0.0, 0.0, com[2]) if kind == "lagrange" else (com[0], com[1], 0.0)
+    if kind.startswith("free"):
+        com[:] = 0.0
+    ratio = {"spherical": 1.0, "kowalewski": 2.0, "gc": 4.0}.get(kind)
+    if ratio:
+        moments[:] = np.array((ratio, ratio, 1.0)) * moments[0] / ratio
+    rotor = rng.normal(size=3) * 0.5 * has_rotor
+    if has_rotor and rng.random() < 0.5:
+        rotor[:2] = 0.0
+    order = rng.permutation(3)
+    body = kr.Body(
+        rng.uniform(0.5, 2.0), moments[order], com[order], rotor=rotor[order], unphysical=True
+    )
+    if rng.random() < 0.5:
+        q = rng.normal(size=4)
+        body = body.turn(q / np.linalg.norm(q))
+    return body
+
+
+def draw_top(rng):
+    """Draw a scene, the words that it has, and a time."""
+    has = {word: rng.random() < 0.5 for word in WORDS}
+    kind = KINDS[rng.integers(len(KINDS))]
+    body = draw_body(rng, kind, has["rotor"])
+    q, rate = rng.normal(size=4), 10.0 ** rng.uniform(-1.0, 0.7)
+    words = {"gravity": rng.normal() * 2.0 if rng.random() < 0.9 else 0.0}
+    if has["damping"]:
+        words["damping"] = rng.uniform(0.0, 0.3, 3) if rng.random() < 0.8 else 0.1
+    if has["turning"]:
+        turning = rng.normal(size=3) * 0.7
+        words["turning"] = turning if rng.random() < 0.6 else (0.0, 0.0, turning[2])
+    if has["shaking"]:
+        words["shaking"] = rng.normal() * 0.1, 10.0 ** rng.uniform(-1.0, 1.3), rng.uniform(-4, 4)
+    if has["friction"]:
+        words["friction"] = 10.0 ** rng.uniform(-3.0, 0.0)
+    velocity = rng.normal(size=3) * rate
+    scene = kr.Scene(body, body_velocity=velocity, attitude=q / np.linalg.norm(q), **words)
+    t = 10.0 ** rng.uniform(-1.0, 0.8) * (1.0 if rng.random() < 0.6 else -1.0)
+    return scene, (kind, *[word for word in WORDS if has[word]]), t
+
+
+@dataclass
+class Nudged:
+    """The numbers of a scene, as the truth reads them, changed by a relative `NUDGE`."""
+
+    scene: kr.Scene
+    rng: np.random.Generator
+    body: object = field(init=False)
+
+    def __post_init__(self):
+        scene, body = self.scene, self.scene.body
+        for name in ("attitude", "momentum", "damping", "turning", "shaking"):
+            setattr(self, name, self._nudge(getattr(scene, name)))
+        self.gravity, self.friction = (self._nudge([x])[0] for x in (scene.gravity, scene.friction))
+        self.body = argparse.Namespace(
+            mass=self._nudge([body.mass])[0], axes=self._nudge(body.axes)
+        )
+        for name in ("moments", "principal_com", "principal_rotor"):
+            setattr(self.body, name, self._nudge(getattr(body, name)))
+
+    def _nudge(self, numbers):
+        return np.array(numbers) * (1.0 + NUDGE * self.rng.choice((-1.0, 1.0), len(numbers)))
+
+
+def differ(one, other, scale):
+    """Return the difference of two states (q, m): an angle, or a momentum over `scale`."""
+    p, q, moved = one[0], other[0], one[1] - other[1]
+    near = min(abs(float((p - q) @ (p - q))), abs(float((p + q) @ (p + q))))
+    return max(2.0 * math.sqrt(near), math.sqrt(abs(float(moved @ moved))) / scale)
+
+
+def measure_conditioning(truth, scene, t, end, scale, rng):
+    """Return the largest change of the state for a relative change 2^-53 of all numbers."""
+    most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
+    return max(most / NUDGE, 1.0) * 2.0**-53
+
+
+@dataclass
+class Tally:
+    """Counts, and the largest errors in units of the conditioning."""
+
+    counts: Counter = field(default_factory=Counter)
+    worst: dict = field(default_factory=dict)
+    faults: list = field(default_factory=list)
+
+    def add(self, how, ratio, index, scene, t):
+        self.counts[how] += 1
+        if not ratio <= self.worst.get(how, (0.0,))[0]:
+            self.worst[how] = ratio, index
+        if not ratio <= LIMIT:
+            self.faults.append((how, ratio, index, t, scene))
+
+
+@dataclass
+class Top:
+    """A top, its truth at the time `t`, and the conditioning there."""
+
+    index: int
+    scene: kr.Scene
+    t: float
+    end: tuple
+    scale: float
+    conditioning: float
+
+    def ratio(self, path, digits=16):
+        """Return the error of the last state of a path, in units of the conditioning."""
+        error = max(
+            find_attitude_error(path, self.end[0]),
+            find_momentum_error(path, self.end[1]) / self.scale,
+        )
+        return error / (self.conditioning * UNIT[digits] / UNIT[16])
+
+
+def resume_midway(scene, t):
+    """Return the path of a run that is saved and resumed on the way."""
+    run = kr.start(scene, back=t < 0.0)
+    run.to([0.3 * t])
+    return kr.resume(run.checkpoint).to([t])
+
+
+def check_top(top, tally):
+    """Compare all ways to the state of one top with the truth."""
+    scene, t = top.scene, top.t
+    ways = {"16 digits": lambda: kr.solve(scene, [t], "taylor")}
+    ways["resumed"] = lambda: resume_midway(scene, t)
+    if kr.methods["exact"].suits(scene):
+        ways["exact"] = lambda: kr.solve(scene, [t], "exact")
+    for digits in (20, 30):
+        ways[f"{digits} digits"] = lambda d=digits: kr.solve(scene, [t], "taylor", digits=d)
+    for how, solve in ways.items():
+        try:
+            path = solve()
+        except kr.Error as error:
+            tally.counts[f"{how}: {error.status}"] += 1
+            continue
+        tally.add(how, top.ratio(path, path.digits or 16), top.index, scene, t)
+
+
+def check_ensemble(tops, tally):
+    """Compare the members of an ensemble with the truth."""
+    many = kr.Ensemble.of([top.scene for top in tops])
+    paths = kr.solve(many, np.array([[top.t] for top in tops]))
+    for i, top in enumerate(tops):
+        if paths.status[i] != "OK":
+            tally.counts[f"ensemble: {paths.status[i]}"] += 1
+        else:
+            tally.add("ensemble", top.ratio(paths[i]), top.index, top.scene, top.t)
+
+
+def run(count, seed):
+    """Return the tally of `count` random tops."""
+    truth, tally, group = SupportIntegrator(), Tally(), []
+    for index in range(count):
+        rng = np.random.default_rng((seed, index))
+        scene, labels, t = draw_top(rng)
+        tally.counts.update(labels)
+        end = truth(scene, t)
+        if t < 0.0 and truth.stops:
+            tally.counts["no unique past"] += 1
+            continue
+        scale = max(scene.body.moments) * max(scene._rate_bound, 1e-3)
+        conditioning = measure_conditioning(truth, scene, t, end, scale, rng)
+        if conditioning > MOST_GROWTH * 2.0**-53:
+            tally.counts["chaotic"] += 1
+            continue
+        top = Top(index, scene, t, end, scale, conditioning)
+        check_top(top, tally)
+        group.append(top)
+        if len(group) == GROUP or index == count - 1:
+            check_ensemble(group, tally)
+            group = []
+    return tally
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--tops", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    tally = run(arguments.tops, arguments.seed)
+    for name, count in sorted(tally.counts.items()):
+        ratio, index = tally.worst.get(name, (None, None))
+        worst = "" if ratio is None else f"  worst {ratio:.3g} times the conditioning, top {index}"
+        print(f"{name:<28}{count:>6}{worst}")
+    for how, ratio, index, t, scene in tally.faults:
+        print(
+            f"fault: {how}, {ratio:.3g} times the conditioning, top {index}, t = {t!r}: {scene!r}"
+        )
+    print(f"{len(tally.faults)} faults")
+
+
+if __name__ == "__main__":
+    main()
