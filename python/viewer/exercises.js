@@ -25,6 +25,7 @@ export function computeFacts(scene) {
     round: formatDigits(round),
     nod: formatDigits(period),
     nods: formatDigits(round / period),
+    table: formatDigits((2 * Math.PI) / Math.abs(scene.turning[2])),
     energy: formatDigits(computeKineticEnergy(scene)),
   };
 }
