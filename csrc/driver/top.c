@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include "model/scene.h"
 #include "math/dd.h"
+#include "math/trig.h"
 #include "top.h"
 
 enum {
@@ -67,6 +68,16 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
+/* Converts a state from the space at rest to the axes of a support that turns about e3. They agree
+ * at the start. */
+static void turn_with_support(const kr_top *top, kr_state *state)
+{
+    const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
+    kr_quat turn = q_one();
+    sin_cos(-0.5 * angle, &turn.z, &turn.w);
+    state->q = q_mul(turn, state->q);
+    state->m = q_turn(turn, state->m);
+}
 /* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
  * Returns 0 if the state is not good, and then leaves the low words unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
@@ -79,6 +90,7 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
         if (top->is_turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
+    if (top->is_carried) turn_with_support(top, state);
     if (kr_state_is_good(state->q, state->m)) return 1;
     top->low = low;
     return 0;
@@ -278,6 +290,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
     top->main.digits = round_digits(config->digits);
     top->main.skip_heading = config->skip_heading;
+    top->is_carried = kr_scene_turns(scene) && !(method->flags & KR_METHOD_TURNING);
     top->now = scene->start;
     top->requested = scene->start.t;
     const kr_status status = choose_units(top);

@@ -36,6 +36,7 @@ struct kr_top {
     size_t event_count; /* number of `events` */
     double *tangents;   /* memory of the tangents; NULL: no tangents */
     kr_vec3 apex;       /* unit vector to the centre of mass in working axes, for events */
+    int is_carried;     /* nonzero: the driver turns the states with the support */
     size_t extra;       /* number of doubles after the method's work and the tangents */
     double memory[];    /* work of the motions and tangents */
 };

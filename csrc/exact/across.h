@@ -123,12 +123,12 @@ static void torus_to_user(kr_torus *torus, const across_way *way, double start, 
 }
 /* Returns KR_ERR_METHOD if a scene is not an undamped top of this kind under gravity. Returns
  * another status if the scene is invalid. */
-static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind)
+static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     return scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind ||
-                   kr_scene_is_disturbed(scene)
+                   kr_scene_excludes_exact(scene, own)
                ? KR_ERR_METHOD
                : KR_OK;
 }

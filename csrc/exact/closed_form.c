@@ -40,7 +40,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     if (status != KR_OK) return status;
     const kr_kind kind = kr_scene_kind(scene);
     if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
-    if (kr_scene_is_disturbed(scene) || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
+    if (kr_scene_excludes_exact(scene, own) || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)

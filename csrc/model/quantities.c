@@ -178,7 +178,8 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI || kr_scene_shakes(scene))
+        return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
     return re * re + im * im;
@@ -186,7 +187,9 @@ double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN ||
+        kr_scene_shakes(scene))
+        return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
@@ -218,12 +221,21 @@ kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
     if (scene->friction > 0.0) gain = add_friction(scene, V, gain);
     return q_turn(scene->body.axes, gain);
 }
+/* Returns the kinetic energy in the space at rest. */
+static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
+    return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
+}
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {
+    const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    if (kr_body_has_rotor(&scene->body)) return NAN; /* the maps do not apply */
-    return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) +
+    /* The maps do not apply. */
+    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
+    return kinetic_at_rest(scene, s) +
+           weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +
            0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
 }
 double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step)
@@ -231,7 +243,7 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
     const kr_working w = kr_body_working(&scene->body);
     const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    if (kr_body_has_rotor(&scene->body)) return NAN;
+    if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const resummed r =
         resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));

@@ -34,6 +34,20 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
     return v_largest(scene->damping) > 0.0 || scene->friction > 0.0 || kr_scene_turns(scene) ||
            kr_scene_shakes(scene);
 }
+/* Returns 1 if the support turns about the vertical. In the space at rest the motion of an undamped
+ * top is then that of a top on a support at rest. */
+static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
+{
+    return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
+}
+/* Returns 1 if a top has no closed form because of its damping, friction or support. If `own` is
+ * nonzero, the driver converts states from the space at rest. */
+static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
+{
+    kr_scene at_rest = *scene;
+    if (own && kr_scene_turns_about_vertical(scene)) at_rest.turning.z = 0.0;
+    return kr_scene_is_disturbed(&at_rest);
+}
 /* Checks a scene like kr_scene_check, but does not check the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 

@@ -206,23 +206,34 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Lets friction hold a top without spin, or lets the top slide in the direction of the torque if
- * friction cannot hold it. */
-static void decide_hold(kr_taylor *p)
+/* Lets friction hold a top without spin, or lets the top slide if friction cannot hold it: in the
+ * direction of the torque or, backward in time, in the direction from which it came. */
+static void decide_hold(kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
     const double rate = free_spin_rate(s), needed = fabs(rate) * s->per_grip;
-    p->sliding = needed <= 1.0 ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+    p->sliding = needed <= 1.0 ? 0.0 : (rate > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
 }
 static double negligible_spin(const kr_motion *motion)
 {
     return motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN;
+}
+/* Removes what an earlier motion in the same memory has left. */
+static void clear_support(kr_series s[2])
+{
+    for (int i = 0; i < 2; i++) {
+        memset(s[i].turn, 0, sizeof s->turn);
+        memset(s[i].rub, 0, sizeof s->rub);
+        s[i].sway[0] = s[i].sway[1] = 0.0; /* also used without shaking */
+        s[i].slides = s[i].holds = 0.0;
+    }
 }
 void kr_support_start(const kr_motion *motion)
 {
     kr_taylor *p = work_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
+    clear_support(s);
     set_support(p, motion);
     if (!(motion->scene->friction > 0.0)) return;
     const double spin = spin_at_end(s).hi;
@@ -233,7 +244,7 @@ void kr_support_start(const kr_motion *motion)
     remove_spin(s);
     memcpy(s[0].w[0], s[0].end_w, sizeof s->end_w);
     memcpy(s[1].w[0], s[1].end_w, sizeof s->end_w);
-    decide_hold(p);
+    decide_hold(p, motion);
 }
 
 /* Returns the first point in [low, high] at which a polynomial is negative, up to NARROW_PART.
@@ -312,7 +323,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
         if (slides) {
             p->before_hold = p->sliding;
             remove_spin(s);
-            decide_hold(p);
+            decide_hold(p, motion);
         } else {
             remove_spin(s);
             p->sliding = -value;

@@ -59,6 +59,7 @@ __all__ = [
     "nutation",
     "plane",
     "separatrix",
+    "stopped",
 ]
 
 
@@ -225,6 +226,22 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
         raise ValueError(
             "kinetic needs the rotor of this body: kreisel.events.kinetic(value, rotor=body.rotor)"
         )
+
+
+def stopped(**more: Unpack[_More]) -> Event:
+    """Find where the spin becomes zero, as where dry friction stops it.
+
+    The spin is the angular velocity about the apex. It also becomes zero where it changes its sign,
+    without friction or if friction cannot hold the top. The arguments are as in crossing.
+
+        >>> import kreisel as kr
+        >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> top = kr.Scene.spinning(body, spin=6, tilt=2, friction=0.1)
+        >>> end = kr.solve(top, 100, events=kr.events.stopped(terminal=True))
+        >>> round(float(end.t[-1]), 9) == round(6 * body.moments[2] / 0.1, 9)
+        True
+    """
+    return crossing("spin", **more)
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:

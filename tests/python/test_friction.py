@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from moving_tops import (
     BODIES,
-    START,
     check_members,
     check_resumed,
     compare_methods,
@@ -67,6 +66,7 @@ def test_a_stopped_top_is_a_spherical_pendulum():
 
 def test_the_power_balance():
     scene = make_scene("tensor", friction=FRICTION, damping=(0.02, 0.03, 0.05))
+    scene = scene.replace(body_velocity=(1.0, -2.0, 2.5))
     t = np.linspace(0, 3, 2001)
     path = kr.solve(scene, t)
     axes = np.array([kr.quaternion.turn(scene.body.axes, e) for e in np.eye(3)])
@@ -92,7 +92,7 @@ def test_backward_in_time_a_stopped_top_has_no_unique_past():
     assert np.abs(back.spin - (2.0 + 0.1 / 1.7 * 3.0))[-1] < 1e-13
     assert kr.attitude_error(kr.solve(back.end, [3.0]).q[-1], fast.attitude) < 1e-13
     stopped = kr.solve(fast, 60.0)
-    with pytest.raises((kr.Error, ValueError), match="backward|back"):
+    with pytest.raises((kr.Error, ValueError), match="stopped"):
         kr.solve(stopped.end, [-1.0])
 
 
@@ -110,9 +110,9 @@ def test_runs_are_resumed_across_a_stop():
 
 
 def test_members_of_an_ensemble_equal_single_tops():
-    tops = HEAVY.vary(friction=[0.0, 0.05, 0.7])
+    tops = HEAVY.vary(friction=[1e-3, 0.05, 0.7])
     assert kr.Ensemble.of([tops[0], tops[1]])[1] == tops[1] == kr.Source.of(tops)[1]
-    assert tops.axes == ("friction",) and tops.coords["friction"].tolist() == [0.0, 0.05, 0.7]
+    assert tops.axes == ("friction",) and tops.coords["friction"].tolist() == [1e-3, 0.05, 0.7]
     check_members(tops, [0.0, 5.0])
     check_members(tops, [0.0, 5.0], digits=20)
     found = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])

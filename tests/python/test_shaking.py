@@ -77,7 +77,8 @@ def test_the_border_of_the_averaged_motion(spin):
         )
         greatest.append(kr.solve(top, np.linspace(0, 15, 400)).nutation.max())
     assert greatest[0] > 0.5 and greatest[1] < 0.02
-    assert kr.solve(top.replace(shaking=None), 15).nutation[-1] > 0.1
+    still = kr.solve(top.replace(shaking=None), np.linspace(0, 15, 400))
+    assert spin > 2.0 * math.sqrt(9.81 * 0.5) / 0.3 or still.nutation.max() > 0.5
 
 
 def test_the_end_of_a_path_has_the_phase_of_its_time():
@@ -102,7 +103,7 @@ def test_runs_know_the_time_after_a_push_and_a_change():
     after = run.to([1.0, 2.5])
     assert again.to([1.0, 2.5]).states.tobytes() == after.states.tobytes()
     pushed = kr.solve(HEAVY, [1.0]).end
-    pushed = pushed.replace(momentum=np.array(pushed.momentum) + (0.1, 0.2, 0.3))
+    pushed = pushed.replace(momentum=np.add(pushed.momentum, (0.1, 0.2, 0.3)))
     assert kr.attitude_error(after.q[-1], kr.solve(pushed, [1.5]).q[-1]) < 1e-14
     assert kr.attitude_error(after.end.attitude, after.q[-1]) == 0.0
     assert math.cos(after.end.shaking[2]) == pytest.approx(math.cos(5.0 * 2.5 + 0.3), abs=1e-14)
@@ -126,7 +127,7 @@ def test_events_know_the_time():
 
 
 def test_members_of_an_ensemble_equal_single_tops():
-    tops = HEAVY.vary(shaking=[(0.1, 2.0, 0.0), (0.2, 7.0, 1.0), (0, 0, 0)])
+    tops = HEAVY.vary(shaking=[(0.1, 2.0, 0.0), (0.2, 7.0, 1.0), (0.1, 1e-3, 0)])
     assert kr.Ensemble.of([tops[0], tops[1]])[1] == tops[1] == kr.Source.of(tops)[1]
     check_members(tops, [0.0, 1.0])
     check_members(tops, [0.0, -1.0], digits=20)
@@ -138,7 +139,7 @@ def test_members_of_an_ensemble_equal_single_tops():
 def test_a_sweep_names_the_components(tmp_path):
     pytest.importorskip("pyarrow")
     source = kr.Source.grid(HEAVY, shaking=[(0.1, 2.0, 0.0), (0.2, 7.0, 1.0)])
-    swept = kr.sweep(source, tmp_path / "swept", [1.0], want=("nutation",))
+    swept = kr.sweep(source, [1.0], folder=tmp_path / "swept", want=("nutation",))
     assert swept["shaking_rate"].tolist() == [2.0, 7.0]
     assert swept.units["shaking_amplitude"] == "L" and swept.units["shaking_rate"] == "T^-1"
 

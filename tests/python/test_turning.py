@@ -132,7 +132,7 @@ def test_a_support_at_rest_changes_no_bit():
 
 
 def test_members_of_an_ensemble_equal_single_tops():
-    tops = HEAVY.vary(turning=[(0.1, 0.2, 0.3), (0, 0, 0.4), (0, 0, 0)], velocity=(0.3, 0, -0.2))
+    tops = HEAVY.vary(turning=[(0.1, 0.2, 0.3), (0, 0, 0.4), (1, 0, 0)], velocity=(0.3, 0, -0.2))
     expected = {**START, "momentum": None}
     assert tops[0] == kr.Scene(
         BODIES["general"], **expected, velocity=(0.3, 0, -0.2), turning=(0.1, 0.2, 0.3)

@@ -19,6 +19,7 @@ from .equations import CYCLE, product
 
 FP = hy.real128
 TOLERANCE = 1e-33
+LEAVE = 1e-6  # time after an event in which no other one is sought
 PARAMETERS = 3 + 3 + 3 + 1 + 3 + 3 + 3 + 3 + 2
 (MOMENTS, ROTOR, LEVER, GRAVITY, SHAKING, DAMPING, TURNING, APEX, FRICTION, HOLD) = (
     0, 3, 6, 9, 10, 13, 16, 19, 22, 23,
@@ -105,7 +106,10 @@ class SupportIntegrator:
         return float(spin), float(needed)
 
     def __call__(self, scene, t):
-        """Return the attitude, principal axes -> space, and the momentum in space at `t`."""
+        """Return the attitude, principal axes -> space, and the momentum in space at `t`.
+
+        Returns None if there is no unique motion, because friction holds the top backward in time.
+        """
         state, pars = _read_scene(scene)
         self.stops = []
         if not scene.friction:
@@ -127,9 +131,15 @@ class SupportIntegrator:
         begin = FP(0)
         while True:
             is_held = spin == 0.0 and abs(needed) <= friction
-            sign = math.copysign(1.0, spin) if spin else math.copysign(1.0, -needed)
+            if is_held and t < 0.0:
+                return None
+            # A top that friction cannot hold slides against the friction that would be needed or,
+            # backward in time, has come from there.
+            sign = math.copysign(1.0, spin if spin else needed if t < 0.0 else -needed)
             pars[HOLD] = FP(HELD if is_held else SLIDING)
             pars[FRICTION] = FP(friction) if is_held else FP(-friction * sign)
+            if begin != FP(0):  # leave the event behind
+                state, begin = self._leave(state, pars, begin, t)
             top, is_done = self._run(self.held if is_held else self.sliding, state, pars, begin, t)
             state, begin = top.state.copy(), top.time
             if is_done:
@@ -138,6 +148,13 @@ class SupportIntegrator:
             spin, needed = 0.0, self._measure(top)[1]
             if is_held:  # the event is the beginning of a slip
                 needed = math.copysign(2.0 * friction, needed)
+
+    def _leave(self, state, pars, begin, t):
+        """Return the state and the time shortly after an event."""
+        left = float(FP(t) - begin)
+        soon = begin + FP(math.copysign(min(LEAVE, 0.5 * abs(left)), left))
+        top, _ = self._run(self.smooth, state, pars, begin, soon)
+        return top.state.copy(), top.time
 
 
 def _read_scene(scene):

@@ -123,22 +123,6 @@ def measure_conditioning(truth, scene, t, end, scale, rng):
 
 
 @dataclass
-class Tally:
-    """Counts, and the largest errors in units of the conditioning."""
-
-    counts: Counter = field(default_factory=Counter)
-    worst: dict = field(default_factory=dict)
-    faults: list = field(default_factory=list)
-
-    def add(self, how, ratio, index, scene, t):
-        self.counts[how] += 1
-        if not ratio <= self.worst.get(how, (0.0,))[0]:
-            self.worst[how] = ratio, index
-        if not ratio <= LIMIT:
-            self.faults.append((how, ratio, index, t, scene))
-
-
-@dataclass
 class Top:
     """A top, its truth at the time `t`, and the conditioning there."""
 
@@ -156,6 +140,25 @@ class Top:
             find_momentum_error(path, self.end[1]) / self.scale,
         )
         return error / (self.conditioning * UNIT[digits] / UNIT[16])
+
+
+@dataclass
+class Tally:
+    """Counts, and the largest errors in units of the conditioning."""
+
+    counts: Counter = field(default_factory=Counter)
+    worst: dict = field(default_factory=dict)
+    faults: list = field(default_factory=list)
+
+    def add(self, how, ratio, top):
+        self.counts[how] += 1
+        if not ratio <= self.worst.get(how, (0.0,))[0]:
+            self.worst[how] = ratio, top.index
+        if not ratio <= LIMIT:
+            self.fail(how, f"{ratio:.3g} times the conditioning", top)
+
+    def fail(self, how, why, top):
+        self.faults.append(f"{how}, top {top.index}: {why}, t = {top.t!r}, {top.scene!r}")
 
 
 def resume_midway(scene, t):
@@ -178,9 +181,20 @@ def check_top(top, tally):
         try:
             path = solve()
         except kr.Error as error:
-            tally.counts[f"{how}: {error.status}"] += 1
+            tally.fail(how, error.status, top)
             continue
-        tally.add(how, top.ratio(path, path.digits or 16), top.index, scene, t)
+        tally.add(how, top.ratio(path, path.digits or 16), top)
+
+
+def check_refusal(scene, t, index, tally):
+    """Check that a top without a unique past is refused."""
+    try:
+        kr.solve(scene, [t])
+    except kr.Error as error:
+        if error.status == "ERR_STOPPED":
+            tally.counts["no unique past"] += 1
+            return
+    tally.fail("no unique past", "not refused", Top(index, scene, t, (), 1.0, 1.0))
 
 
 def check_ensemble(tops, tally):
@@ -188,10 +202,10 @@ def check_ensemble(tops, tally):
     many = kr.Ensemble.of([top.scene for top in tops])
     paths = kr.solve(many, np.array([[top.t] for top in tops]))
     for i, top in enumerate(tops):
-        if paths.status[i] != "OK":
-            tally.counts[f"ensemble: {paths.status[i]}"] += 1
+        if paths.status[i]:
+            tally.fail("ensemble", "failed", top)
         else:
-            tally.add("ensemble", top.ratio(paths[i]), top.index, top.scene, top.t)
+            tally.add("ensemble", top.ratio(paths[i]), top)
 
 
 def run(count, seed):
@@ -202,8 +216,8 @@ def run(count, seed):
         scene, labels, t = draw_top(rng)
         tally.counts.update(labels)
         end = truth(scene, t)
-        if t < 0.0 and truth.stops:
-            tally.counts["no unique past"] += 1
+        if end is None:
+            check_refusal(scene, t, index, tally)
             continue
         scale = max(scene.body.moments) * max(scene._rate_bound, 1e-3)
         conditioning = measure_conditioning(truth, scene, t, end, scale, rng)
@@ -229,10 +243,7 @@ def main():
         ratio, index = tally.worst.get(name, (None, None))
         worst = "" if ratio is None else f"  worst {ratio:.3g} times the conditioning, top {index}"
         print(f"{name:<28}{count:>6}{worst}")
-    for how, ratio, index, t, scene in tally.faults:
-        print(
-            f"fault: {how}, {ratio:.3g} times the conditioning, top {index}, t = {t!r}: {scene!r}"
-        )
+    print(*tally.faults, sep="\n")
     print(f"{len(tally.faults)} faults")
 
 

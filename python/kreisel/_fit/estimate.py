@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn
