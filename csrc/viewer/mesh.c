@@ -66,11 +66,13 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     const kr_body *b = &scene->body;
     const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com),
                  largest = v_largest(b->inertia);
-    const double energy = kr_state_kinetic(scene, &scene->start) + fall;
+    kr_scene resting = *scene; /* seen from the space at rest */
+    resting.turning = v3(0.0, 0.0, 0.0);
+    const double energy = kr_state_kinetic(&resting, &scene->start) + fall;
     *momentum = v_length(b->rotor) + sqrt(2.0 * energy * largest);
     *momentum = fmax(v_length(scene->start.m), *momentum);
-    *velocity =
-        fmax(v_length(kr_state_velocity(scene, &scene->start)), sqrt(2.0 * energy / largest));
+    *velocity = v_length(scene->turning) + sqrt(2.0 * energy / largest);
+    *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), *velocity);
     if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;
 }
 

@@ -223,7 +223,8 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
 /* Ends the top at the state `before`, if its state now is below the floor. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
-    const double high = kr_state_apex(&a->scene, before).z, low = kr_state_apex(&a->scene, &a->now).z;
+    const double high = kr_state_apex(&a->scene, before).z,
+                 low = kr_state_apex(&a->scene, &a->now).z;
     if (!(low < a->lowest)) return;
     a->is_down = 1;
     a->stood = time_of(a->steps * a->step) + time_of(a->step) * (high - a->lowest) / (high - low);

@@ -16,7 +16,6 @@ from typing import TypedDict
 
 import numpy as np
 
-from ._model.environment import refuse_disturbances
 from ._model.scene import Scene
 from ._options.methods import resolve_method
 from ._results.path import Path
@@ -52,6 +51,8 @@ class _Scene(TypedDict):
     momentum: Vector
     gravity: float
     damping: float
+    friction: float
+    turning: Vector
     rotor: Vector
     methods: list[str]
     step: list[float]
@@ -141,8 +142,9 @@ def view(
 
     In a notebook, the viewer is the result of a cell; otherwise it opens in a browser.
 
-    methods  one to three methods that the viewer starts with; by default, taylor for damped tops and
-             bodies with rotors, bobenko_suris for other Lagrange tops, strang for others
+    methods  one to three methods that the viewer starts with; by default, taylor for bodies with
+             rotors and for tops with damping, friction or turning supports, bobenko_suris for
+             other Lagrange tops, and strang for others
     step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
     speed    units of time per second
     open     False: only build the viewer, for `.save("top.html")`
@@ -156,7 +158,8 @@ def view(
     scene = what if isinstance(what, Scene) else what.scene
     if len(set(scene.damping)) > 1:
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
-    refuse_disturbances(scene, "the viewer cannot integrate tops")
+    if scene._is_shaken:
+        raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
     tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_ticks(what.step) else tracks[0]["step"]
@@ -183,11 +186,13 @@ def _viewer_scene(
         "momentum": scene.momentum,
         "gravity": scene.gravity,
         "damping": scene.damping[0],
+        "friction": scene.friction,
+        "turning": scene.turning,
         "rotor": scene.body.rotor,
         "methods": methods,
         "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
-        "tol": 1e-15 if scene._is_damped else 1e-5,
+        "tol": 1e-15 if scene._is_disturbed else 1e-5,
         "tracks": tracks,
     }
 
@@ -204,7 +209,7 @@ def _body_data(scene: Scene) -> _Body:
 
 
 def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
-    if names is None and (scene._is_damped or any(scene.body.rotor)):
+    if names is None and (scene._is_disturbed or any(scene.body.rotor)):
         return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]

@@ -22,7 +22,7 @@ const writeDoubles = (pointer, numbers) => (
 const writeBody = ({ mass, moments, com, axes, rotor }) =>
   writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0, ...rotor]);
 function writeScene(body, { gravity, damping, turning, friction }, q, m) {
-  const support = [damping, damping, damping, 0, 0, turning, 0, 0, 0, friction];
+  const support = [damping, damping, damping, ...turning, 0, 0, 0, friction];
   writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
 }
@@ -95,13 +95,16 @@ export function makeBody(body, rotor = [0, 0, 0]) {
 export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
 // Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
-// of a symmetric top. Returns null for other bodies.
+// of a symmetric top. Returns null for other bodies. On a support that turns about the vertical the
+// precession is that seen from the support, and the type of motion "".
 export function computeLimits(body, world, q, m) {
-  const pointer = C.kr_page_limits(writeScene(body, world, q, m));
-  if (!pointer) return null;
+  const [x, y, about] = world.turning;
+  const pointer = C.kr_page_limits(writeScene(body, { ...world, turning: [0, 0, 0] }, q, m));
+  if (!pointer || x || y) return null;
   const [least, greatest, critical, precession, period, spin] = viewDoubles(pointer, 6);
-  const motionType = readText(C.kr_page_course(SCENE));
-  return { least, greatest, critical, precession, period, spin, motionType };
+  const motionType = about ? "" : readText(C.kr_page_course(SCENE));
+  const seen = about && !world.gravity ? NaN : precession - about; // a free body turns about m
+  return { least, greatest, critical, precession: seen, period, spin, motionType };
 }
 
 // Compute the cuboid that represents a body: half edges, centre seen from the fixed point, and its

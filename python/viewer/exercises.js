@@ -10,7 +10,7 @@ const formatDegrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
 // Return the numbers for the texts of a scene, formatted.
 export function computeFacts(scene) {
   const { body, rotor, attitude, momentum } = scene;
-  const world = { ...scene, damping: 0 }; // a top with friction has no closed form
+  const world = { ...scene, damping: 0, friction: 0 }; // a top with friction has no closed form
   const limits = computeLimits(makeBody(body, rotor), world, attitude, momentum);
   if (!limits) return {};
   const { least, greatest, critical, precession, period, spin } = limits;
@@ -25,6 +25,7 @@ export function computeFacts(scene) {
     round: formatDigits(round),
     nod: formatDigits(period),
     nods: formatDigits(round / period),
+    table: formatDigits((2 * Math.PI) / Math.abs(scene.turning[2])),
     energy: formatDigits(computeKineticEnergy(scene)),
   };
 }

@@ -12,7 +12,7 @@ const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
 // Steps between two checks of the time. All tops take at least one step.
 const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
 // Places whose change invalidates a path computed elsewhere.
-const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|rotor|taken)/;
+const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|damping|friction|turning|rotor|taken)/;
 // Places that leave the motion as it is.
 const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
 // The motion starts again and returns to its time.

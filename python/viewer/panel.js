@@ -213,7 +213,9 @@ export class Panel {
     return [
       this.renderSlider("Speed", "speed"),
       this.renderSlider("Gravity", "gravity"),
+      this.renderSlider("Friction", "friction", { max: 2, step: 0.02 }),
       this.renderSlider("Damping", "damping", { max: 0.2, step: 0.002 }),
+      this.renderSlider("Turntable", "turning.2", { min: -2, max: 2, step: 0.05 }),
       html`<div class="pairs">
         ${this.renderPair("Tilt [°]", this.renderNumber("Tilt, degrees", "tilt"))}
         ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,

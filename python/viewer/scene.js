@@ -15,6 +15,8 @@ export const DEFAULTS = {
   taken: null, // time of the motion from which the start was taken
   gravity: 1,
   damping: 0, // torque over angular velocity, about each axis
+  friction: 0, // dry friction: a torque of this size against the spin
+  turning: [0, 0, 0], // angular velocity of the support
   rotor: [0, 0, 0], // momentum of a rotor in the body, in the frame of description
   methods: ["bobenko_suris"], // one to three
   step: [0.01], // one or two steps for each method
@@ -94,6 +96,8 @@ const CHECKS = {
   taken: allowNull(makeRangeCheck(0, 1e9)),
   gravity: isSize,
   damping: makeRangeCheck(0, 1e12),
+  friction: makeRangeCheck(0, 1e12),
+  turning: isVector,
   rotor: isVector,
   methods: makeListCheck(isText, 1, 2, 3),
   step: makeListCheck(isStep, 1, 2),
@@ -169,7 +173,8 @@ export function listTops(scene, body) {
   return tops;
 }
 // Return whether friction takes energy from the top.
-export const hasFriction = ({ damping }) => damping > 0;
+export const hasFriction = ({ damping, friction }) => damping > 0 || friction > 0;
+export const isTurning = ({ turning }) => turning.some((x) => x !== 0);
 
 // Replace a body given by numbers with its cuboid. The attitude absorbs the rotation between them.
 export function convertToCuboid(scene) {

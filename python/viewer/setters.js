@@ -118,6 +118,7 @@ const SETTERS = {
     const momentum = new Vector3(...scene.momentum).applyQuaternion(back);
     const moments = new Vector3(...body.moments);
     const rates = momentum.clone().sub(new Vector3(...body.rotor)).divide(moments);
+    rates.sub(new Vector3(...scene.turning).applyQuaternion(back)); // seen from the support
     const change = checkNumber(wanted, "Spin") - rates.dot(apex);
     momentum.addScaledVector(apex.multiply(moments), change).applyQuaternion(frame);
     scene.momentum = momentum.toArray();

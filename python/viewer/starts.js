@@ -12,20 +12,30 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
 // Return attitude and momentum of a start: tilt in degrees, spin about the apex, and precession
 // about the vertical, 0 by default. "slow" and "fast" select a steady precession W, a root of I1
 // W^2 cos - I3 spin W + mass gravity height = 0.
-export function computeStart({ body, gravity, rotor }, start) {
+export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
   const made = makeBody(body, rotor);
   const { mass, moments, com } = made;
   const [across, , along] = moments;
   const tilt = (start.tilt * Math.PI) / 180;
   const [cos, sin] = [Math.cos(tilt), Math.sin(tilt)];
-  const [axial, torque] = [along * start.spin + made.rotor[2], mass * gravity * com[2]];
+  const [x, y, about] = turning;
+  if (typeof start.precession === "string" && (x || y))
+    throw new Error("there is no steady precession on a support that turns so");
+  // Rates as seen from the space at rest.
+  const [axial, torque] = [along * (start.spin + about * cos) + made.rotor[2], mass * gravity * com[2]];
   const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);
   const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };
-  const rate = steady[start.precession] ?? start.precession ?? 0;
+  const rate = steady[start.precession] ?? (start.precession ?? 0) + about;
   if (Number.isNaN(rate)) throw new Error("there is no steady precession at this tilt and spin");
   const level = across * rate * sin;
-  const momentum = [0, level * cos - axial * sin, level * sin + axial * cos];
+  // The tilt is about the first axis, so that the axis of the top lies in the plane of the others.
+  const more = y * (along - across) * sin * cos;
+  const momentum = [
+    across * x,
+    level * cos - axial * sin + y * (across * cos * cos + along * sin * sin),
+    level * sin + axial * cos - more,
+  ];
   return { attitude: [Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0], momentum };
 }
 // Replace the starts of a scene by attitudes and momenta.

@@ -5,8 +5,14 @@ import { getSteps } from "./scene.js";
 const formatList = (x) => (Array.isArray(x) ? `[${x.map(formatList).join(", ")}]` : x);
 const formatRows = (inertia) => formatList([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
 
-const isTurning = (rotor) => rotor.some((x) => x !== 0);
-export function toToml({ body, momentum, attitude, gravity, damping, rotor }) {
+const isNonzero = (vector) => vector.some((x) => x !== 0);
+// Return the words for what disturbs a top, each with its value.
+const listDisturbances = ({ damping, friction, turning }) => [
+  ...(damping ? [["damping", damping]] : []),
+  ...(friction ? [["friction", friction]] : []),
+  ...(isNonzero(turning) ? [["turning", formatList(turning)]] : []),
+];
+export function toToml({ body, momentum, attitude, gravity, rotor, ...rest }) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `cuboid = { half = ${formatList(half)}, pivot = ${formatList(pivot)}, density = ${density} }`
@@ -14,10 +20,12 @@ export function toToml({ body, momentum, attitude, gravity, damping, rotor }) {
   return `momentum = ${formatList(momentum)}
 attitude = ${formatList(attitude)}
 gravity = ${gravity}
-${damping ? `damping = ${damping}\n` : ""}
+${listDisturbances(rest)
+  .map(([name, value]) => `${name} = ${value}\n`)
+  .join("")}
 [body]
 ${bodyText}
-${isTurning(rotor) ? `rotor = ${formatList(rotor)}\n` : ""}`;
+${isNonzero(rotor) ? `rotor = ${formatList(rotor)}\n` : ""}`;
 }
 
 const END = 100; // end time of the program
@@ -31,16 +39,16 @@ def solve_in_steps(scene, method, step, count, tol):
 `;
 // Return a Python program that computes the states of the viewer, one line for each top.
 export function toPython(top) {
-  const { body, gravity, damping, rotor, methods: names, second, tol } = top;
+  const { body, gravity, rotor, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
     : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, unphysical=True)`;
   const scene = (attitude, momentum) =>
     `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, ` +
-    `gravity=${gravity}${damping ? `, damping=${damping}` : ""})`;
+    `gravity=${gravity}${listDisturbances(top).map(([name, x]) => `, ${name}=${x}`).join("")})`;
   const size = Math.hypot(...rotor);
-  const rotorText = isTurning(rotor)
+  const rotorText = isNonzero(rotor)
     ? `.with_rotor(spin=${size}, inertia=1, axis=${formatList(rotor)})`
     : "";
   const hasOwnStart = (side) => second && side === 1;

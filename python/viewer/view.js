@@ -7,7 +7,7 @@ import { Floor, addLights } from "./floor.js";
 import { makeApexSphere } from "./apex_sphere.js";
 import { Labels } from "./labels.js";
 import { setPictureSize } from "./wide_lines.js";
-import { getCornerSigns, toQuaternion, SECTIONS } from "./scene.js";
+import { getCornerSigns, hasFriction, isTurning, toQuaternion, SECTIONS } from "./scene.js";
 import {
   makeArrow,
   makeAxes,
@@ -385,10 +385,16 @@ export class View {
       nameArrow("p", top.p, "the vertical, as long as gravity is strong"),
       nameArrow("h", top.h, "momentum of the rotor"),
       nameArrow("weight", top.weight, "the weight, at the centre of mass"),
-      nameArrow("torque", top.torque, "torque of the weight: the rate of change of m"),
+      nameArrow("torque", top.torque, this.describeTorque()),
       ...this.listCircleLabels(top),
       ...this.listNames(top),
     ];
+  }
+  // The torque of the weight changes m, unless something else does so, too.
+  describeTorque() {
+    const { scene } = this.page;
+    const isAlone = !hasFriction(scene) && !isTurning(scene);
+    return `torque of the weight${isAlone ? ": the rate of change of m" : ""}`;
   }
   // Return the labels with method names, if the methods differ.
   listNames({ group, side, track, method }) {

@@ -172,4 +172,5 @@ def scene_in_python(given, second=False):
     if any(given["rotor"]):
         made = made.with_rotor(spin=1, inertia=np.linalg.norm(given["rotor"]), axis=given["rotor"])
     start = given["second"] if second else [*given["attitude"], *given["momentum"]]
-    return kr.Scene(made, start[4:], start[:4], given["gravity"], damping=given["damping"])
+    disturbances = {name: given[name] for name in ("damping", "friction", "turning")}
+    return kr.Scene(made, start[4:], start[:4], given["gravity"], **disturbances)

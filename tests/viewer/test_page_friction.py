@@ -1,4 +1,4 @@
-"""Tests of damped tops, of their end on the floor, of the game about it, and of rotors."""
+"""Tests of friction, the end on the floor, the game about it, rotors, and turntables."""
 
 import json
 
@@ -17,11 +17,11 @@ from browser import (
 from scipy.integrate import solve_ivp
 from test_page_numbers import click_exercise, read_numbers
 
-GAME, GYROSCOPE = "How long can it stand?", "Gyroscope"
+GAME, GYROSCOPE, TURNTABLE = "How long can it stand?", "Gyroscope", "On a turntable"
 
 
-def differentiate(_, state, moments, lever, damping):
-    """Return the derivative of attitude and momentum of a damped top, from the textbook."""
+def differentiate(_, state, moments, lever, damping, friction):
+    """Return the derivative of attitude and momentum of a top that does not stop spinning."""
     w, x, y, z, *m = state
     turn = np.array(
         [
@@ -33,7 +33,8 @@ def differentiate(_, state, moments, lever, damping):
     rate = turn @ ((turn.T @ m) / moments)
     apex = turn[:, 2]
     spin = 0.5 * np.array([-rate @ (x, y, z), *(w * rate + np.cross(rate, (x, y, z)))])
-    return np.concatenate((spin, lever * np.cross((0, 0, 1), apex) - damping * rate))
+    torque = lever * np.cross((0, 0, 1), apex) - damping * rate
+    return np.concatenate((spin, torque - friction * np.sign(rate @ apex) * apex))
 
 
 def solve_fall(given, contact):
@@ -51,7 +52,12 @@ def solve_fall(given, contact):
         [*given["attitude"], *given["momentum"]],
         "DOP853",
         events=reach,
-        args=(np.array(body.moments), body.mass * scene.gravity * body.com[2], given["damping"]),
+        args=(
+            np.array(body.moments),
+            body.mass * scene.gravity * body.com[2],
+            given["damping"],
+            given["friction"],
+        ),
         rtol=1e-11,
         atol=1e-11,
     )
@@ -115,7 +121,7 @@ def test_both_tops_of_a_pair_are_named(page):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"damping": 0},
+        {"damping": 0, "friction": 0},
         {"start": {"tilt": 120, "spin": 5}},
         {"body": {"half": [0.8, 0.8, 0.42], "pivot": [0, 0, 0], "density": 1}},
     ],
@@ -162,7 +168,7 @@ def test_a_start_with_more_energy_does_not_count(browser):
     energy = kr.solve(scene, [0.0]).kinetic[0]
     assert f"It started with {energy:.4g} J" in read_message(page)
     assert "does not count" in read_message(page) and read_numbers(page)["stood"][1] == ""
-    load(page, GAME, damping=0.01)
+    load(page, GAME, damping=0.011)
     advance(page, 90)
     assert "count" not in read_message(page) and "longest" not in read_message(page)
     page.context.close()
@@ -171,7 +177,7 @@ def test_a_start_with_more_energy_does_not_count(browser):
 # Numbers and files
 
 
-@pytest.mark.parametrize("preset", [GAME, GYROSCOPE])
+@pytest.mark.parametrize("preset", [GAME, GYROSCOPE, TURNTABLE])
 def test_states_are_those_of_python(page, preset):
     load(page, preset)
     advance(page, 10)
@@ -179,8 +185,8 @@ def test_states_are_those_of_python(page, preset):
     assert read_states(page)[0] == pytest.approx(expected.tolist(), abs=1e-10)
 
 
-@pytest.mark.parametrize("preset", [GAME, GYROSCOPE])
-def test_program_and_toml_have_damping_and_rotor(page, preset, tmp_path):
+@pytest.mark.parametrize("preset", [GAME, GYROSCOPE, TURNTABLE])
+def test_program_and_toml_have_friction_rotor_and_turntable(page, preset, tmp_path):
     load(page, preset)
     scene, names = scene_in_python(read_scene(page)), {}
     exec(page.get_by_label("Equivalent Python program").input_value(), names)
@@ -196,7 +202,7 @@ def test_a_method_for_undamped_tops_is_replaced(page):
     assert "taylor is used instead" in read_message(page)
 
 
-@pytest.mark.parametrize("word", ["damping", "rotor"])
+@pytest.mark.parametrize("word", ["damping", "friction", "rotor", "turning"])
 @pytest.mark.parametrize("bad", [-1, "x", None, [1, 2]])
 def test_bad_numbers_are_refused(page, word, bad):
     before = read_scene(page)
@@ -226,18 +232,83 @@ def test_rotor_is_an_arrow_at_the_centre_of_mass(page):
     assert not page.evaluate("kreisel.view.tops[0].h.visible")
 
 
+# Turntables
+
+
+def test_top_on_a_turntable_is_the_one_at_rest_seen_from_it(page):
+    load(page, TURNTABLE, start={"tilt": 70, "spin": 1, "precession": 0.3}, gravity=4)
+    given = read_scene(page)
+    advance(page, 8)
+    resting = scene_in_python({**given, "turning": [0, 0, 0]})
+    x, y, z = kr.exact(resting)(8.0).apex[0]
+    c, s = np.cos(-0.6 * 8), np.sin(-0.6 * 8)
+    shown = kr.quaternion.turn(read_states(page)[0][1:5], (0, 0, 1))
+    assert shown == pytest.approx([c * x - s * y, s * x + c * y, z], abs=1e-9)
+
+
+@pytest.mark.parametrize("turning", [[0, 0, 0.6], [0.3, -0.2, 0.5]])
+def test_start_in_words_is_seen_from_the_support(page, turning):
+    start = {"tilt": 50, "spin": 3, "precession": 0.7}
+    load(page, GYROSCOPE, start=start, turning=turning, methods=["taylor"])
+    tilt = np.radians(50)
+    apex = np.array([0, -np.sin(tilt), np.cos(tilt)])
+    expected = np.array([0, 0, 0.7]) + (3 - 0.7 * np.cos(tilt)) * apex
+    assert page.evaluate("kreisel.simulation.getVelocity(0)") == pytest.approx(expected, abs=1e-12)
+    page.evaluate("kreisel.page.setValue('spin', 5)")
+    assert page.evaluate("kreisel.simulation.measureTop(0).spin") == pytest.approx(5, rel=1e-12)
+
+
+def test_steady_precession_is_level_on_a_turntable(page):
+    start = {"tilt": 50, "spin": 3, "precession": "slow"}
+    load(page, GYROSCOPE, start=start, turning=[0, 0, 0.4], methods=["taylor"], tol=1e-15)
+    limits = page.evaluate("kreisel.page.tops[0].limits")
+    heights = [0.0]
+    for t in (1, 3, 7):
+        advance(page, t)
+        heights.append(page.evaluate("kreisel.simulation.measureTop(0).nutation") - np.radians(50))
+    assert heights == pytest.approx([0] * 4, abs=1e-10)
+    velocity, spin = page.evaluate("kreisel.simulation.getVelocity(0)"), 3
+    rate = (velocity[2] - spin * np.cos(np.radians(50))) / np.sin(np.radians(50)) ** 2
+    assert limits["precession"] == pytest.approx(rate, rel=1e-9)
+
+
+def test_steady_precession_is_refused_on_a_tilted_turntable(page):
+    before = read_scene(page)
+    load_with = "start => kreisel.page.load({...kreisel.page.scene, start, turning: [1, 0, 0]})"
+    page.evaluate(load_with, {"tilt": 50, "spin": 30, "precession": "slow"})
+    assert "no steady precession" in read_message(page) and read_scene(page) == before
+
+
+def test_rubbing_bearings_turn_the_axis_to_that_of_the_table(page):
+    load(page, TURNTABLE)
+    click_exercise(page, "Let the bearings rub")
+    tilts = []
+    for t in (0, 10, 20, 40):
+        advance(page, t)
+        tilts.append(page.evaluate("kreisel.simulation.measureTop(0).nutation"))
+    assert (np.diff(tilts) < 0).all() and tilts[-1] < 0.01
+
+
 # From Python
 
 
-def test_view_shows_damping_and_rotor():
+def test_view_shows_friction_rotor_and_turntable():
     body = kr.Body.symmetric(1, 1, 0.4, 0.5).with_rotor(spin=2, inertia=1, axis=(0, 0, 1))
-    scene = kr.Scene(body, momentum=(0, 1, 4), damping=0.1)
+    scene = kr.Scene(body, momentum=(0, 1, 4), damping=0.1, friction=0.2, turning=(0, 1, 2))
     data = kr.view(scene, open=False).scene
     assert data["damping"] == 0.1 and data["rotor"] == (0.0, 0.0, 2.0)
+    assert data["friction"] == 0.2 and data["turning"] == (0.0, 1.0, 2.0)
     assert data["methods"] == ["taylor"] and json.dumps(data)
 
 
-def test_view_refuses_a_damping_of_axes():
-    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), damping=(0.1, 0.1, 0))
-    with pytest.raises(ValueError, match="one damping for all axes"):
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"damping": (0.1, 0.1, 0)}, "one damping for all axes"),
+        ({"shaking": (0.1, 20, 0)}, "shaken supports"),
+    ],
+)
+def test_view_refuses_what_the_page_cannot_compute(given, words):
+    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), **given)
+    with pytest.raises(ValueError, match=words):
         kr.view(scene, open=False)

@@ -24,7 +24,11 @@ from toolbox import ROOT
 
 ALL = json.loads((ROOT / "python/viewer/presets.json").read_text())
 TOPS = [preset for preset in ALL if preset.get("shape") == "lagrange"]
-STARTED = [preset for preset in TOPS if "start" in preset and "damping" not in preset]
+STARTED = [  # tops with a start in words and a closed form
+    preset
+    for preset in TOPS
+    if "start" in preset and "damping" not in preset and "turning" not in preset
+]
 WITHOUT_ROTOR = [preset for preset in STARTED if "rotor" not in preset]
 NAMES = {"ids": lambda preset: preset["name"]}
 

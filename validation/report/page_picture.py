@@ -12,7 +12,7 @@ from playwright.sync_api import sync_playwright
 TARGET = Path(__file__).with_name("page.png")
 PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # built by `make build`
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-SIZE = {"width": 1120, "height": 640}
+SIZE = {"width": 1120, "height": 720}
 UNTIL = 9  # time of the motion at which the picture is taken
 
 
