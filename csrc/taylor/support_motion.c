@@ -224,6 +224,13 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = work_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
+    /* The memory may have been used for another top. */
+    for (int i = 0; i < 2; i++) {
+        memset(s[i].turn, 0, sizeof s->turn);
+        memset(s[i].sway, 0, 2 * sizeof *s->sway);
+        memset(s[i].rub, 0, sizeof s->rub);
+        s[i].slides = s[i].holds = 0.0;
+    }
     kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
     const double spin = spin_at_end(s).hi;
