@@ -68,7 +68,8 @@ class run
         }
     };
 
-    py::object led_by; // the request with which the run was started, or None
+    py::object led_by;    // the request with which the run was started, or NULL
+    double horizon = 0.0; // times that are certainly not too late for the scene are below this one
 
     kr_status start(kr_scene scene, const steering &how, bool back, const origin &begin)
     {
@@ -308,6 +309,8 @@ class request
         }
         return kr_method_suits(other.how.method, &block) ? other : *this;
     }
+    // Returns a time up to which Python certainly refuses no time of the scene.
+    static double certain_horizon(const kr_scene &scene) { return 0.5 * kr_scene_horizon(&scene); }
     // Reads a momentum and, unless it is None, an attitude. Returns false if they are not numbers.
     static bool read_start(const py::handle &momentum, const py::handle &attitude, kr_state &start)
     {
@@ -365,6 +368,7 @@ class request
         const kr_status status = made->start(block, how, back, {begin, low});
         if (status != KR_OK) return py::make_tuple(name_of(status), py::none());
         made->led_by = self;
+        made->horizon = certain_horizon(block);
         return py::make_tuple(name_of(status), py::cast(std::move(made)));
     }
     // Advances a kreisel.Run, whose motion is `moving`, and returns its path at the times as given.
@@ -378,8 +382,8 @@ class request
         if (!mine.is_mine || moving.ended() || !paths.knows_columns() || !times.take(t))
             return py::none();
         const py::object scene = get(owner, paths.name.scene);
-        const double horizon = get(scene, paths.name.horizon).cast<double>();
-        if (!moving.follow_on(times, std::min(most, horizon)) || py::ssize_t(times.size()) > limit)
+        if (!moving.follow_on(times, std::min(most, moving.horizon)) ||
+            py::ssize_t(times.size()) > limit)
             return py::none();
         try {
             const recorded result = moving.record_states(times, how.digits > 16, progress);
@@ -414,11 +418,13 @@ class request
         if (!read_start(momentum, attitude, next.start) || kr_scene_check(&next) != KR_OK)
             return false;
         const double now = moving.time();
-        if (!(std::fabs(now) < std::min(most, 0.5 * kr_scene_horizon(&next)))) return false;
+        const double horizon = certain_horizon(next);
+        if (!(std::fabs(now) < std::min(most, horizon))) return false;
         const py::object begun = py::type::of(get(owner, paths.name.origin));
         const py::object made = scenes.make(scene, next), stats = paths.stats_of(kr_stats()),
                          origin = instantiate_tuple(begun, py::float_(now), py::none());
         if (moving.restart(next) != KR_OK) return false;
+        moving.horizon = horizon;
         set(owner, paths.name.scene, made);
         set(owner, paths.name.stats, stats);
         set(owner, paths.name.origin, origin);

@@ -84,7 +84,7 @@ class given_times
     }
     // Returns true if all times lie on the same side of 0, in the order of their distances from 0.
     bool lead_away() const { return lead_from(0.0, end() < 0.0 ? -1.0 : 1.0); }
-    // Returns true if the times, multiplied by `sign`, begin at or after `last` and do not decrease.
+    // Returns true if the times, multiplied by `sign`, start at or after `last` and never decrease.
     bool lead_from(double last, double sign) const
     {
         for (size_t i = 0; i < count; last = sign * first[i++])

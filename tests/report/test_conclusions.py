@@ -93,6 +93,20 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
     )
 
 
+def test_a_compilation_is_paid_by_faster_runs_alone():
+    """Check a scene on which heyoka gains 0.25 s in each run, one on which it loses, and none."""
+    rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
+    peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
+    for peer in peers:
+        peer.setup_seconds = 2.0
+    n = len(fastest.TARGETS)
+    said = workprecision.describe_payment(rows + peers, ["lost", "won"])
+    assert said.startswith(f"It is paid in {n} of {2 * n} rows of the summary, after 8 to 8 runs;")
+    said = workprecision.describe_payment(rows[1:] + peers[1:], ["won"])
+    assert said.startswith(f"It is paid in none of {n} rows of the summary")
+    assert workprecision.describe_payment(rows, ["lost", "won"]) == ""
+
+
 def test_what_is_left_out_is_said_and_measured():
     found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}

@@ -1,5 +1,6 @@
 """Error against run time, for every method on the scenes of the report or of a user."""
 
+import math
 import statistics
 from dataclasses import dataclass, field
 
@@ -11,6 +12,7 @@ from . import advice, fastest, late_states, scene_runs, scene_table
 from .formatting import (
     count_word,
     format_brief,
+    format_digits,
     format_power,
     join_counts,
     join_sentences,
@@ -92,6 +94,31 @@ def summarize_setup(rows):
     return {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
 
 
+def describe_payment(rows, scenes):
+    """Return a sentence about the runs after which heyoka gains the time of its compilation.
+
+    Each scene and target of the summary counts in which both kreisel and heyoka reach the target.
+    """
+    runs = [
+        peer.setup_seconds / (own.seconds - peer.seconds)
+        if own.seconds > peer.seconds
+        else math.inf
+        for scene, target, own, _ in fastest.run_races(rows, scenes)
+        for peer in [fastest.fastest_row(rows, scene, target, lambda row: row.method == "heyoka")]
+        if own and peer and peer.setup_seconds is not None
+    ]
+    if not runs:
+        return ""
+    paid = [count for count in runs if math.isfinite(count)]
+    if not paid:
+        return f"It is paid in none of {len(runs)} rows of the summary: kreisel's runs are faster."
+    least, most = (format_digits(count, ".2g") for count in (min(paid), max(paid)))
+    return (
+        f"It is paid in {len(paid)} of {len(runs)} rows of the summary, after {least} to {most} "
+        "runs; in the others kreisel's runs are faster."
+    )
+
+
 def scene_context(comparison, problem, end, groups_of):
     rows = comparison.rows
     groups = scene_runs.group_by_method(rows, problem.name)
@@ -131,6 +158,7 @@ def build_context(comparison):
         "timing": describe_timing(rows),
         "luck": f"{fastest.LUCK:g}",
         "setup": summarize_setup(rows),
+        "paid": describe_payment(rows, comparison.scenes),
         "failures": [row for row in rows if row.failure],
     }
 
