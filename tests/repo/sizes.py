@@ -3,8 +3,8 @@
     python tests/repo/sizes.py > docs/sizes.md
 
 A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, by
---gc-sections. Its size is what `size` reports as text and data, less that of an empty program. The
-C library is shared, and does not count.
+--gc-sections. Its size is what `size` reports as text and data, less that of a program that calls
+nothing. The C library is shared, and does not count.
 """
 
 import platform
@@ -45,32 +45,47 @@ int main(void)
 EMPTY = "int main(void) { return 0; }\n"
 
 
-def write_everything(omitted=None):
-    """Return a program that refers to every function of the header, except `omitted` names."""
+def name_functions(omitted=None):
+    """Return the names of all functions of the header, except those that match `omitted`."""
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     names = sorted(set(re.findall(r"\b(kr_\w+)\(", header)))
-    table = ", ".join(
-        f"(function)&{name}" for name in names if not (omitted and re.search(omitted, name))
-    )
+    return [name for name in names if not (omitted and re.search(omitted, name))]
+
+
+def write_table(names):
+    """Return a program with a table of pointers to functions."""
+    table = ", ".join(f"(function)&{name}" for name in names)
     return (
         "#include <kreisel.h>\n"
         "typedef void (*function)(void);\n"
         "extern const function functions[];\n"
-        f"const function functions[] = {{{table}}};\n"
         "int main(int count, char **words)\n"
         "{\n"
         "    functions[count]();\n"
         "    return words != 0;\n"
         "}\n"
+        f"const function functions[] = {{{table}}};\n"
     )
 
 
+def write_everything(omitted=None):
+    """Return a program that refers to every function, and one whose table repeats its main."""
+    names = name_functions(omitted)
+    return write_table(names), write_table(["main"] * len(names))
+
+
 TORUS = "kowalewski_|chaplygin_"
-# The rows of the table: label, program, options of kreisel.c, limit in kB at -Os on x86_64.
+# The rows of the table: label, program and the one that calls nothing, options of kreisel.c, limit
+# in kB at -Os on x86_64.
 ROWS = (
-    ("one splitting method, `kr_method_strang`", MOVING % "strang", (), 40),
-    ("closed form, `kr_exact_plan` and `kr_exact_state`", CLOSED_FORM, (), 105),
-    ("Taylor series, `kr_method_taylor`, 30 digits, tangents", MOVING % "taylor", (), 135),
+    ("one splitting method, `kr_method_strang`", (MOVING % "strang", EMPTY), (), 40),
+    ("closed form, `kr_exact_plan` and `kr_exact_state`", (CLOSED_FORM, EMPTY), (), 105),
+    (
+        "Taylor series, `kr_method_taylor`, 30 digits, tangents",
+        (MOVING % "taylor", EMPTY),
+        (),
+        135,
+    ),
     (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
@@ -122,17 +137,17 @@ def sum_sections(program):
     return int(text) + int(data)
 
 
-def measure_column(folder, processor, level):
+def measure_column(folder, processor, level, rows=ROWS):
     """Return the size of each row in kB, 1000 bytes; None if no compiler is there."""
     compiler = find_compiler(processor)
     if compiler is None:
-        return [None for _ in ROWS]
+        return [None for _ in rows]
     sizes = []
-    for _, text, options, _ in ROWS:
+    for _, programs, options, _ in rows:
         library = compile_library(folder, compiler, level, options)
         used, empty = (
             sum_sections(link_program(folder, compiler, level, program, library))
-            for program in (text, EMPTY)
+            for program in programs
         )
         sizes.append(round((used - empty) / 1000, 1))
     return sizes
