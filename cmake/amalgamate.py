@@ -52,6 +52,9 @@ HEAD = """\
 #elif defined __GNUC__
 #  pragma GCC push_options
 #  pragma GCC optimize("fp-contract=off", "no-tree-vectorize", "no-tree-slp-vectorize")
+#  if defined __OPTIMIZE_SIZE__
+#    pragma GCC optimize("no-inline-functions-called-once", "no-caller-saves")
+#  endif
 /* An option would come too late for functions that <math.h> has declared. Without errno, sqrt is
  * one instruction. */
 double sqrt(double) __attribute__((const));
