@@ -13,7 +13,7 @@ GROWTH = 1.1
 
 @pytest.mark.parametrize("i", range(len(COLUMNS)), ids=map("".join, COLUMNS))
 def test_no_program_has_grown_by_a_tenth(i, tmp_path):
-    """Compare the sizes with the table. Only at -Os is kreisel.c compiled once more, with options."""
+    """Compare sizes with the table. Rows with options of kreisel.c are compiled only at -Os."""
     need("cmake", "size")
     pairs = zip(ROWS, read_table(TABLE)[i], strict=True)
     pairs = [(row, size) for row, size in pairs if "-Os" in COLUMNS[i] or not row[2]]
