@@ -45,6 +45,7 @@ class House:
         """
         cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
         options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]
+        options += ["-DCMAKE_C_FLAGS_DEBUG=-O0", "-DCMAKE_CXX_FLAGS_DEBUG=-O0"]  # without -g
         if platform.machine() == "x86_64":
             options.append("-DKREISEL_ISA=sse2")
         paths = [f"-Dpybind11_DIR={cmake}", f"-DPython_EXECUTABLE={sys.executable}"]

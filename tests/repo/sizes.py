@@ -137,13 +137,13 @@ def sum_sections(program):
     return int(text) + int(data)
 
 
-def measure_column(folder, processor, level):
+def measure_column(folder, processor, level, rows=ROWS):
     """Return the size of each row in kB, 1000 bytes; None if no compiler is there."""
     compiler = find_compiler(processor)
     if compiler is None:
-        return [None for _ in ROWS]
+        return [None for _ in rows]
     sizes = []
-    for _, programs, options, _ in ROWS:
+    for _, programs, options, _ in rows:
         library = compile_library(folder, compiler, level, options)
         used, empty = (
             sum_sections(link_program(folder, compiler, level, program, library))

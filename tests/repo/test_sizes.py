@@ -13,11 +13,14 @@ GROWTH = 1.1
 
 @pytest.mark.parametrize("i", range(len(COLUMNS)), ids=map("".join, COLUMNS))
 def test_no_program_has_grown_by_a_tenth(i, tmp_path):
+    """Compare sizes with the table. Rows with options of kreisel.c are compiled only at -Os."""
     need("cmake", "size")
-    measured, expected = measure_column(tmp_path, *COLUMNS[i]), read_table(TABLE)[i]
+    pairs = zip(ROWS, read_table(TABLE)[i], strict=True)
+    pairs = [(row, size) for row, size in pairs if "-Os" in COLUMNS[i] or not row[2]]
+    measured = measure_column(tmp_path, *COLUMNS[i], rows=[row for row, _ in pairs])
     if measured[0] is None:
         pytest.skip(f"no compiler for {COLUMNS[i][0]}")
-    for (label, *_), now, before in zip(ROWS, measured, expected, strict=True):
+    for ((label, *_), before), now in zip(pairs, measured, strict=True):
         assert now <= GROWTH * before, f"{label}: {now} kB, {before} kB in docs/sizes.md"
 
 
