@@ -365,13 +365,11 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
-/* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
- * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
-static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
-                                       kr_theta_sums *plan)
+/* Computes everything of which the sums are made. Returns KR_KOWALEWSKI_PLANNED, or the reason why
+ * the top is refused. */
+static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
-    theta_work *t = &w->theta;
     set_constants(o, top->state, top->l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
@@ -386,23 +384,35 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     if (!is_on_arcs(o, top->state)) return unresolved;
     make_arcs(o, w->arc);
     if (!average_arcs(o, w->arc, &w->table, &w->samples, &w->rates) ||
-        !make_periods(o, w->arc, &w->rates, &t->matrix))
+        !make_periods(o, w->arc, &w->rates, &w->theta.matrix))
         return KR_KOWALEWSKI_INTEGRALS;
     refine_cosines(&w->table, GRID / SAMPLE_STEPS);
     if (!(find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start) < 1e-12))
         return unresolved;
-    t->kind = kind_of(o);
-    make_samples(w, t->sample);
+    w->theta.kind = kind_of(o);
+    make_samples(w, w->theta.sample);
+    return KR_KOWALEWSKI_PLANNED;
+}
+/* Computes the sums, or the dual sums if the former have lost digits to cancellation and the latter
+ * are better. */
+static kr_kowalewski_refusal make_best_sums(kowalewski_work *w, const dd state[6],
+                                            kr_theta_sums *plan, dd *heading)
+{
+    const kr_kowalewski_refusal refusal = make_sums(w, state, plan, heading);
+    const double error = refusal == KR_KOWALEWSKI_PLANNED ? error_of_sums(w) : INFINITY;
+    if (error < CANCELLED) return KR_KOWALEWSKI_PLANNED;
+    if (make_dual_sums(w, state, plan, heading) && error_of_sums(w) < error)
+        return KR_KOWALEWSKI_PLANNED;
+    return refusal == KR_KOWALEWSKI_PLANNED ? make_sums(w, state, plan, heading) : refusal;
+}
+/* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
+ * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
+static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
+                                       kr_theta_sums *plan)
+{
     dd heading;
-    kr_kowalewski_refusal refusal = make_sums(w, top->state, plan, &heading);
-    const double error = refusal ? INFINITY : error_of_sums(w);
-    /* The sums above have lost digits to cancellation, or there are none. */
-    if (!(error < CANCELLED)) {
-        if (make_dual_sums(w, top->state, plan, &heading) && error_of_sums(w) < error)
-            refusal = KR_KOWALEWSKI_PLANNED;
-        else if (refusal == KR_KOWALEWSKI_PLANNED)
-            refusal = make_sums(w, top->state, plan, &heading);
-    }
+    kr_kowalewski_refusal refusal = analyse_curve(top, w);
+    if (refusal == KR_KOWALEWSKI_PLANNED) refusal = make_best_sums(w, top->state, plan, &heading);
     if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
     for (int i = 0; i < 3; i++) {

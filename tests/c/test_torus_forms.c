@@ -205,7 +205,10 @@ static void check_instruction_set(const form_case *c, const kr_torus_isa *isa, c
 static void batches_and_instruction_sets_agree(const form_case *c)
 {
     for (int n = 0; n < 12; n++) {
-        const kr_scene s = c->draw();
+        /* The last Kowalewski tops are near a saddle. */
+        const kr_scene s = n < 10 || c->form != &kr_kowalewski_form
+                               ? c->draw()
+                               : kowalewski_top_of(v3(-1.0, 1e-3, 4e-4 * n), v3(0.0, 2e-3, 1e-3));
         memset(memory, 0, c->size());
         const void *plan = plan_of(c, &s);
         for (const kr_torus_isa *isa = c->form->isas; plan && isa->name; isa++)

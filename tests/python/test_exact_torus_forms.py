@@ -91,8 +91,6 @@ def test_the_method_exact_gives_the_states_of_the_closed_form(form):
     t = [1.0, 20.0]
     path = kr.solve(form.scene, t, method="exact")
     assert path.method == "exact" and apart(path, kr.exact(form.scene)(t)) < 5e-15
-    with pytest.raises(ValueError, match="of com lead to bodies without closed form"):
-        kr.solve(form.scene, t, method="exact", tangents="start")
 
 
 def test_motions_without_closed_form_are_refused_by_name(form):

@@ -167,3 +167,29 @@ def test_changes_without_closed_form_are_refused_by_name(name):
 def test_bad_arguments_are_refused(t, tangents, error, words):
     with pytest.raises(error, match=words):
         kr.exact(KOWALEWSKI)(t, tangents=tangents)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("t", [[0.0, 0.7, 40.0], [-300.0], 25.0, []])
+def test_solve_by_the_closed_form_gives_the_same_tangents(scene, t):
+    path, plain = kr.solve(scene, t, "exact", tangents=BY), kr.solve(scene, t, "exact")
+    assert path.method == "exact" and np.array_equal(path.states, plain.states)
+    truth, late = kr.solve(scene, t, digits=30, tangents=BY), path.t != 0.0
+    assert_near(path.tangents[late], truth.tangents[late], 2e-11)
+    assert path.tangents_rest < 1e-10
+    assert path.derivative("energy").shape == (len(path.t), 8)
+
+
+@pytest.mark.parametrize("name", ["moments", "com", "damping"])
+def test_solve_by_the_closed_form_refuses_other_tangents(name):
+    with pytest.raises(ValueError, match=f"no tangents by '{name}'"):
+        kr.solve(KOWALEWSKI, 1.0, "exact", tangents=("start", name))
+
+
+def test_solve_by_the_closed_form_refuses_what_it_cannot_differentiate():
+    with pytest.raises(ValueError, match="t must be at most"):
+        kr.solve(KOWALEWSKI, 1e12, "exact", tangents="start")
+    with pytest.raises(ValueError, match="leave out want"):
+        kr.solve(KOWALEWSKI, 1.0, "exact", tangents="start", want=["energy"])
+    with pytest.raises(ValueError, match="computes no tangents"):
+        kr.solve(kr.Ensemble.of([KOWALEWSKI]), 1.0, "exact", tangents="start")

@@ -40,7 +40,9 @@ class TorusBench:
         for name in ("states", "taylor"):
             getattr(self.library, f"kr_bench_torus_{name}").restype = ctypes.c_double
 
-    def measure(self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float) -> Row:
+    def measure(
+        self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float
+    ) -> Row:
         """Return the median seconds of a plan, a state, a state in batches, and a series to `end`.
 
         Raises ValueError if the closed form is refused.
@@ -65,7 +67,9 @@ class TorusBench:
         return float(plan_time), float(one), float(batch), float(series)
 
 
-def measure_tops(bench: TorusBench, kind: str, tops: int, longest: float, seed: int) -> Iterator[Row]:
+def measure_tops(
+    bench: TorusBench, kind: str, tops: int, longest: float, seed: int
+) -> Iterator[Row]:
     """Yield the times of the tops that are not refused, with the series to `LATE` tau."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
