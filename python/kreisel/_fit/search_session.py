@@ -282,14 +282,11 @@ class SearchSession:
             return
         if best.pieces and self._is_good():
             return
-        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
-        by_rate = np.zeros((3, self.parameters.size))
-        if self.parameters.has("velocity"):
-            by_rate[:, self.parameters.at("velocity")] = np.eye(3)
-        if not np.isfinite(spectrum.propagate(by_rate)[1]).all():
-            return  # the records do not determine the spin in any case
+        aliases = list_aliases(self.parameters, best.point, self.records)
+        if not (aliases and self._determines_velocity(best)):
+            return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
-        for alias in list_aliases(self.parameters, best.point, self.records):
+        for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
             found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._hear))
             turned = found.point
@@ -304,6 +301,12 @@ class SearchSession:
                 return self._find_alias()
             self.alias = turned if self._is_good() else None
             return
+
+    def _determines_velocity(self, best: Solution) -> bool:
+        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
+        by_rate = np.zeros((3, self.parameters.size))
+        by_rate[:, self.parameters.at("velocity")] = np.eye(3)
+        return bool(np.isfinite(spectrum.propagate(by_rate)[1]).all())
 
     def _hear(self, found: Minimum) -> None:
         self._tell(found.cost)
