@@ -227,5 +227,12 @@ def shoot(
     return found
 
 
+def fits_loosely(model: ShootingModel, pieces: Pieces, loss: LossName) -> bool:
+    """Return True if the pieces agree with the records as long as they need not meet."""
+    model.gap = GAPS[0]
+    search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore, is_stiff=True)
+    return minimize(model, pieces, search).cost <= _HOPELESS * model.size
+
+
 def _ignore(_: Minimum) -> None:
     """Ignore a minimum in which the pieces do not meet."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -90,14 +91,14 @@ class Point:
     rotor: Array
     instruments: dict[Key, Array]
 
-    @property
+    @cached_property
     def moments(self) -> Array:
         """The principal moments, not below 1e-12 times their sum."""
         made: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
         return safe
 
-    @property
+    @cached_property
     def momentum(self) -> Array:
         """The angular momentum, seen from the principal axes."""
         made: Array = self.moments * self.rate + self.rotor

@@ -13,7 +13,7 @@ from .._utils.validation import Array
 from .aliasing import list_aliases
 from .initial_guess import Guess, guess_from_records
 from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
-from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
+from .multiple_shooting import Pieces, ShootingModel, choose_pieces, fits_loosely, shoot
 from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
@@ -29,6 +29,7 @@ _GROWTH = 1.4  # least factor from one part of the records to the next
 _PARTS_MOST = 40
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
+_PIECES_TRIED = 8  # pieces of a part of the records that must fit before many more are tried
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
@@ -38,7 +39,7 @@ _BLIND_TO_SIGN = {"body_velocity", "body_acceleration", "body_momentum", "kineti
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
-_RELATED = 1e3  # chi2 per degree of freedom up to which another spin may be the right one
+_RELATED = 1e4  # chi2 per degree of freedom up to which another spin may be the right one
 _ALIAS_LIMIT = 25  # evaluations for another spin
 _ALIAS_FTOL = 1e-6
 _AS_WELL = 9.0  # rise of chi2 up to which another motion fits as well, three standard deviations
@@ -281,14 +282,11 @@ class SearchSession:
             return
         if best.pieces and self._is_good():
             return
-        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
-        by_rate = np.zeros((3, self.parameters.size))
-        if self.parameters.has("velocity"):
-            by_rate[:, self.parameters.at("velocity")] = np.eye(3)
-        if not np.isfinite(spectrum.propagate(by_rate)[1]).all():
-            return  # the records do not determine the spin in any case
+        aliases = list_aliases(self.parameters, best.point, self.records)
+        if not (aliases and self._determines_velocity(best)):
+            return
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
-        for alias in list_aliases(self.parameters, best.point, self.records):
+        for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
             found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._hear))
             turned = found.point
@@ -299,9 +297,16 @@ class SearchSession:
                 continue
             if found.cost < best.cost - rise:
                 self._keep(found, self.model)
+                self._search_from(turned, self._find_agreement(turned)[0])
                 return self._find_alias()
             self.alias = turned if self._is_good() else None
             return
+
+    def _determines_velocity(self, best: Solution) -> bool:
+        spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
+        by_rate = np.zeros((3, self.parameters.size))
+        by_rate[:, self.parameters.at("velocity")] = np.eye(3)
+        return bool(np.isfinite(spectrum.propagate(by_rate)[1]).all())
 
     def _hear(self, found: Minimum) -> None:
         self._tell(found.cost)
@@ -315,7 +320,7 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
-            part = self._cut_records(horizon)
+            part = self._cut_model(horizon)
             if part is not None:
                 point = self._fit_part(part, point)
             agreement, cost = self._find_agreement(point)
@@ -330,17 +335,22 @@ class SearchSession:
         assert isinstance(found.point, Point)
         return found.point
 
-    def _cut_records(self, horizon: float) -> ResidualModel | None:
-        """Return the residuals of the records up to a time before and after the start."""
+    def _cut_model(self, horizon: float) -> ResidualModel | None:
+        """Return the residuals up to a time from the start, or None for too few numbers."""
+        records, sigmas = self._cut_records(horizon)
+        if sum(record.size for record in records) < self.parameters.size:
+            return None
+        return ResidualModel(self.parameters, records, sigmas)
+
+    def _cut_records(self, horizon: float) -> tuple[list[Record], list[Array]]:
+        """Return the records up to a time before and after the start, and their sigmas."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
             high = int(np.searchsorted(record.t, horizon, side="right"))
             records.append(slice_record(record, low, high))
             sigmas += [next(own)[low:high] for _ in record.series]
-        if sum(record.size for record in records) < self.parameters.size:
-            return None
-        return ResidualModel(self.parameters, records, sigmas)
+        return records, sigmas
 
     def _find_agreement(self, point: Point) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and its soft cost.
@@ -365,6 +375,8 @@ class SearchSession:
             if count == self._shot:
                 return  # these pieces have been tried
             self._shot = count
+            if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
+                return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
             self._shoot_from(model, begin, 0.5)
@@ -372,6 +384,16 @@ class SearchSession:
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
+
+    def _fits_in_part(self, guess: Guess, count: int) -> bool:
+        """Return True if a part of the records fits in pieces that hardly need to meet."""
+        records, sigmas = self._cut_records(self._end * _PIECES_TRIED / count)
+        if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
+            return True
+        model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
+        is_near = fits_loosely(model, model.start(guess.point, guess.motion), self.loss)
+        self.evaluations += model.evaluations
+        return is_near
 
     def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
         """Search with the motion in pieces; keep a cost below `factor` times the one so far."""

@@ -271,10 +271,10 @@ class States(QuantityAttributes):
         """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
 
         This is the acceleration of the point minus that of gravity, seen from the frame of the
-        body. At rest it points up and has the size of gravity.
+        body. At the fixed point it is gravity, but upward.
 
             >>> import kreisel as kr
-            >>> top = kr.scenes.asymmetric.replace(momentum=(0, 0, 0), gravity=9.81)
+            >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)
             >>> kr.solve(top, [0.0]).specific_force((0, 0, 0)).round(9).tolist()
             [[0.0, 0.0, 9.81]]
 
