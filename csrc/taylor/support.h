@@ -9,8 +9,8 @@
  * of a top that friction holds the needed torque, relative to the largest possible one. */
 
 /* Series that only the expansion needs. In double-double the low words follow, as the loads and
- * stores of vectors expect them. w holds U. The first four lanes of x hold the varying part of G,
- * and the others its sine. */
+ * stores of vectors expect them. w holds U, the lanes of x the varying part of G, and end_x its
+ * sine. */
 typedef struct {
     kr_series words[2];
 } support_series;
@@ -25,7 +25,8 @@ typedef struct {
 } support_sums;
 
 INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_series *own,
-                             const turned_support *of, int j, int m, form what)
+                             const turned_support *of, int j, int m, form what, int turns,
+                             int shakes)
 {
     const duo x = duo_load(s->x[m]);
     if (what == HEADLESS) {
@@ -35,8 +36,20 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
         a->plain.j = duo_fma(duo_lane(own->w[j], 2), x, a->plain.j);
         a->plain.k = duo_fma(duo_lane(own->w[j], 3), x, a->plain.k);
     }
+    if (turns) a->turned = duo_fma(of[j].u.ahead, of[m].o.behind, a->turned);
+    if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Returns the sums of the products of coefficients j and m over j + m = n. */
+/* Adds the terms (j, m) to `a` and (m, j) to `b`. */
+INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
+                             const kr_series *own, const turned_support *of, int j, int m,
+                             form what, int turns, int shakes)
+{
+    add_support_term(a, s, own, of, j, m, what, turns, shakes);
+    add_support_term(b, s, own, of, m, j, what, turns, shakes);
+    a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
+}
+/* Returns the sums of the products of coefficients j and m over j + m = n, in the order of
+ * cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)
@@ -44,21 +57,20 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     const duo zero = duo_splat(0.0);
     const series_sums none = {zero, zero, zero, zero, zero};
     support_sums a = {none, zero, zero}, b = a;
-    for (int j = n; 2 * j > n; j--) {
-        add_support_term(&a, s, own, of, j, n - j, what);
-        add_support_term(&b, s, own, of, n - j, j, what);
-        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
-    }
     if (n % 2 == 0) {
         const duo square = duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind);
-        add_support_term(&a, s, own, of, n / 2, n / 2, what);
-        a.plain.cross = duo_fma(duo_splat(0.5), square, a.plain.cross);
+        add_support_term(&a, s, own, of, n / 2, n / 2, what, turns, shakes);
+        a.plain.cross = duo_mul(duo_splat(0.5), square);
     }
-    add_chains(&a.plain, &b.plain, what);
-    for (int j = 0; turns && j <= n; j++)
-        a.turned = duo_fma(of[j].u.ahead, of[n - j].o.behind, a.turned);
-    for (int j = 0; shakes && j <= n; j++)
-        a.pulled = duo_fma(duo_lane(own->x[j], 0), duo_load(s->x[n - j]), a.pulled);
+    UNROLL
+    for (int j = (n - 1) / 2; j > 0; j--)
+        add_support_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, of, n - j, j, what, turns, shakes);
+    if (SIDE_BY_SIDE) {
+        add_chains(&a.plain, &b.plain, what);
+        if (turns) a.turned = duo_add(a.turned, b.turned);
+        if (shakes) a.pulled = duo_add(a.pulled, b.pulled);
+    }
+    if (n > 0) add_support_pair(&a, &a, s, own, of, n, 0, what, turns, shakes);
     return a;
 }
 /* Returns coefficient n + 1 of O. */
@@ -109,13 +121,13 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     of[n].o.behind = duo_prev_next(o);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Sets coefficient n + 1 of G, that is, of the sine and the cosine of which it consists. */
+/* Sets coefficient n + 1 of G, and that of its sine. */
 INLINE void next_sway(const kr_series *s, kr_series *own, int n)
 {
-    const quad rate = quad_mul(quad_inverse(n + 1), duo_lo(duo_lane(s->sway, 2))),
-               sine = quad_mul(rate, quad_load(own->x[n] + 4));
-    quad_store(own->x[n + 1] + 4, quad_mul(rate, quad_load(own->x[n])));
-    quad_store(own->x[n + 1], quad_mul(quad_splat(-1.0), sine));
+    const duo rate = duo_mul(duo_inverse(n + 1), duo_lane(s->sway, 2)),
+              sine = duo_mul(rate, duo_load(own->end_x));
+    duo_store(own->end_x, duo_mul(rate, duo_load(own->x[n])));
+    duo_store(own->x[n + 1], duo_mul(duo_splat(-1.0), sine));
 }
 /* Sets the coefficients n + 1 of all series. Those of (q | P) and W up to `from` are known. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
@@ -150,8 +162,8 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     support_series series;
     kr_series *own = series.words;
     turned_support of[KR_TAYLOR_MAX + 1];
-    quad_store(own->x[0], duo_lo(duo_lane(s->sway, 0)));
-    quad_store(own->x[0] + 4, duo_lo(duo_lane(s->sway, 1)));
+    duo_store(own->x[0], duo_lane(s->sway, 0));
+    duo_store(own->end_x, duo_lane(s->sway, 1));
     if (what == HEADLESS) {
         const quad vertical = quad_load(s->x[0] + 4);
         of[0].p.ahead = duo_next_prev(vertical);

@@ -113,6 +113,7 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
     const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
     put_words(s, &s[0].sway[2], per_rate);
     put_words(s, &s[0].sway[3], base);
+    put_words(s, &s[0].sway_most, sway);
     s[0].turns = kr_scene_turns(motion->scene);
     s[0].shakes = kr_scene_shakes(motion->scene);
     if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
@@ -140,15 +141,23 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
     const double unit = motion->time_unit / rate;
     const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
              t = dd_add(dd_of(scene->start.t), since),
-             angle = dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase));
-    dd_sincos(reduce_angle(angle), sine, cosine);
+             angle = reduce_angle(
+                 dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
+    if (motion->digits > 16) {
+        dd_sincos(angle, sine, cosine);
+        return;
+    }
+    double s, c;
+    sin_cos(angle.hi, &s, &c);
+    *sine = dd_of(s + angle.lo * c);
+    *cosine = dd_of(c - angle.lo * s);
 }
 /* Sets the varying part of G, and its sine, at the end of the last step. */
 static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
 {
-    dd base, sway, sine, cosine;
+    const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
+    dd sine, cosine;
     kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
-    kr_support_split(motion, &base, &sway);
     put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
     put_words(s, &s[0].sway[1], dd_mul(sway, sine));
 }
@@ -160,9 +169,15 @@ static quat_dd attitude_at_end(const kr_series s[2])
 /* Sets the angular velocity of the support, seen from the body, at the end of the last step. */
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
+    const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
+    if (motion->digits <= 16) {
+        const kr_quat at_end = q4(s->end_x[0], v_of(s->end_x + 1));
+        v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
+        return;
+    }
     const quat_dd q = qdd_unit(attitude_at_end(s));
-    const kr_vec3 turning = v_scale(1.0 / rate, turning_of(motion)), none = {0.0, 0.0, 0.0};
-    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(turning, none));
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(own, none));
     set_vector_words(s[0].turn, s[1].turn, seen);
 }
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
