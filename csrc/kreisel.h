@@ -6,12 +6,11 @@
  * with the angular velocity w in the space at rest, and the A and r of a shaken support.
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support turns, these axes
- *          turn with it, and the space at rest is the frame that does not. The body has the frame of
- *          description, in which the user describes it, and the principal axes of inertia at the
- *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
- *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
- *          the direction from the fixed point to the centre of mass, or T if these points
- *          coincide.
+ *          turn with it, and the space at rest does not. The body has the frame of description, in
+ *          which the user describes it, and the principal axes of inertia at the fixed point (N, B,
+ *          T). An attitude q rotates vectors from the frame of description into space: v_space =
+ *          q v q*. The angular momentum m is a vector in space. The apex is the direction from the
+ *          fixed point to the centre of mass, or T if these points coincide.
  * Units    Any consistent set of units. The dimension of a number is given in brackets, as powers
  *          of mass M, length L and time T.
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
