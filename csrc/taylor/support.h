@@ -39,6 +39,24 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
     if (turns) a->turned = duo_fma(of[j].u.ahead, of[m].o.behind, a->turned);
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
+#if defined KR_LONG_FUNCTIONS
+/* Returns the sums of the products of coefficients j and m over j + m = n. In double-double each
+ * term is long, so that the loop has one. */
+INLINE support_sums support_products(const kr_series *s, const kr_series *own,
+                                     const turned_support *of, int n, form what, int turns,
+                                     int shakes)
+{
+    const duo zero = duo_splat(0.0);
+    const series_sums none = {zero, zero, zero, zero, zero};
+    support_sums a = {none, zero, zero};
+    for (int j = 0; j <= n; j++) {
+        add_support_term(&a, s, own, of, j, n - j, what, turns, shakes);
+        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
+    }
+    a.plain.cross = duo_mul(duo_splat(0.5), a.plain.cross); /* both halves are the whole sum */
+    return a;
+}
+#else
 /* Adds the terms (j, m) to `a` and (m, j) to `b`. */
 INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
                              const kr_series *own, const turned_support *of, int j, int m,
@@ -73,6 +91,7 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     if (n > 0) add_support_pair(&a, &a, s, own, of, n, 0, what, turns, shakes);
     return a;
 }
+#endif
 /* Returns coefficient n + 1 of O. */
 INLINE quad turning_rates(duo turned, int n)
 {
@@ -173,6 +192,18 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     for (int n = 0; n < order; n++)
         next_support_coefficient(s, own, of, n, from, what, turns, shakes);
 }
+#if defined KR_LONG_FUNCTIONS
+APART void expand_moving(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, WHOLE, s->turns != 0.0, s->shakes != 0.0);
+}
+/* Computes the coefficients from + 1 to `order` of a top with friction or on a moving support. */
+INLINE void expand_support(kr_series *s, int from, int order, form what)
+{
+    (void)what;
+    expand_moving(s, from, order);
+}
+#else
 APART void expand_turning(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, WHOLE, 1, 0);
@@ -201,3 +232,4 @@ INLINE void expand_support(kr_series *s, int from, int order, form what)
     else
         expand_moving(s, from, order);
 }
+#endif

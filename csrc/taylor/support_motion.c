@@ -17,7 +17,7 @@
 /* The interval in which a limit is reached is halved until it has this fraction of the step. */
 #define NARROW_PART 0x1p-30
 
-static kr_taylor *work_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
+static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
 /* Returns the angular velocity of the support in the units of the motion. */
 static kr_vec3 turning_of(const kr_motion *motion)
 {
@@ -236,7 +236,7 @@ static double negligible_spin(const kr_motion *motion)
 }
 void kr_support_start(const kr_motion *motion)
 {
-    kr_taylor *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
     /* The memory may have been used for another top. */
@@ -329,8 +329,15 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);
     const double part = fmin(first, second), span = s->end - s->t;
     if (part < INFINITY) {
-        const double value = slides ? 0.0 : first <= second ? -1.0 : 1.0;
-        end_step_at(s, kernel, deep, refine_limit(s, n, value, part * span));
+        const double value = slides            ? 0.0
+                             : first <= second ? -1.0
+                                               : 1.0,
+                     beyond = slides ? -p->sliding * noise : most * value;
+        dd h = refine_limit(s, n, value, part * span);
+        /* The spin may have passed 0 by less than `noise` before the step. */
+        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span);
+        if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
+        end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
         if (slides) {
             p->before_hold = p->sliding;
@@ -369,7 +376,7 @@ static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 }
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 {
-    const kr_series *s = work_of(motion)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
                   U = v_sub(W, O);
     const kr_quat q = q4(s->end_x[0], v_of(s->end_x + 1)),
@@ -385,7 +392,7 @@ void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 }
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
 {
-    kr_taylor *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;
