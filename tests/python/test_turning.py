@@ -76,7 +76,7 @@ def test_quantities_without_the_heading():
         many = kr.solve(tops, t, want=("nutation",))
         assert np.abs(many.nutation[0] - whole.nutation).max() < 1e-14
         reduced = kr.reduce(tops, t, {"nutation": "max"})
-        assert reduced["nutation_max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
+        assert reduced["nutation"]["max"][0] == pytest.approx(whole.nutation.max(), abs=1e-14)
 
 
 def test_jacobis_integral_is_conserved():
