@@ -5,10 +5,11 @@
 #include "model/scene.h"
 #include "taylor.h"
 
-/* Returns 1 if the series of a scene needs the terms of support.h. */
+/* Returns 1 if the series of a scene needs the terms of support.h. A motion without a scene does
+ * not. */
 static inline int kr_support_moves(const kr_scene *scene)
 {
-    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene);
+    return scene && (scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene));
 }
 /* Returns the largest rate of the support's motion, of the friction, and of the angular velocity
  * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms

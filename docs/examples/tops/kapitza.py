@@ -10,7 +10,7 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 
-rod = kr.Body.cylinder(radius=0.01, height=0.2, pivot=(0, 0, -0.1), mass=0.1)
+rod = kr.Body.cylinder(radius=0.02, height=0.2, pivot=(0, 0, -0.1), mass=0.1)
 upright = kr.Scene.spinning(rod, spin=0, tilt=np.radians(5), gravity=9.81)
 rate = 400.0  # of the shaking [rad/s]
 t = np.linspace(0, 2, 4000)
@@ -27,7 +27,7 @@ axes.legend(title="amplitude")
 # :math:`(I_3\,\omega_3)^2 + 2 (M l A r)^2 > 4 I_1 M g l`. Each point of the map is the motion of one
 # top during two seconds, and the line is this border:
 
-spins, amplitudes = np.linspace(0, 2500, 36), np.linspace(0, 0.006, 30)
+spins, amplitudes = np.linspace(0, 1300, 40), np.linspace(0, 0.006, 31)
 tops = upright.vary(
     spin=spins[:, None],
     tilt=np.radians(0.5),
