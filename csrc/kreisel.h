@@ -6,12 +6,11 @@
  * with the angular velocity w in the space at rest, and the A and r of a shaken support.
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support turns, these axes
- *          turn with it, and the space at rest is the frame that does not. The body has the frame of
- *          description, in which the user describes it, and the principal axes of inertia at the
- *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
- *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
- *          the direction from the fixed point to the centre of mass, or T if these points
- *          coincide.
+ *          turn with it, and the space at rest does not. The body has the frame of description, in
+ *          which the user describes it, and the principal axes of inertia at the fixed point (N, B,
+ *          T). An attitude q rotates vectors from the frame of description into space: v_space =
+ *          q v q*. The angular momentum m is a vector in space. The apex is the direction from the
+ *          fixed point to the centre of mass, or T if these points coincide.
  * Units    Any consistent set of units. The dimension of a number is given in brackets, as powers
  *          of mass M, length L and time T.
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
@@ -389,10 +388,10 @@ typedef struct kr_config {
      * steps. Compare two results with different steps to see how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
-     * only up to a rotation about the vertical, at lower cost. */
+     * only up to a rotation about the vertical, at lower cost. Not for supports that turn. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
-     * which select the derivatives to compute. */
+     * which select the derivatives to compute. Tops with dry friction have none. */
     uint64_t tangents;
 } kr_config;
 /* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a
@@ -483,12 +482,12 @@ KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
  * tangents [n][6][columns] by the same parameters. Those of q are a rotation vector, of 3 numbers.
  * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com
- * at com = 0, and of K and G by numbers whose change makes them NaN. */
+ * at com = 0, of body_acceleration with friction, and of K and G if a change makes them NaN. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
-/* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
+/* Checkpoints. A checkpoint can be loaded into a top with the same scene but for the start, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
  * bits and events. If taylor continues with another kernel, the states agree up to rounding only.
  * (All kernels with fused multiply-add give bitwise equal results.) */
@@ -510,8 +509,8 @@ typedef struct kr_term {
 /* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a change of sign of g. Values of g below 2^-50 times the size of its terms (2^-40
- * times at the start) count as zero. */
+/* An event is a change of sign of g, or the stop of a top by friction if g is the spin. Values of g
+ * below 2^-50 times the size of its terms (2^-40 times at the start) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -625,8 +624,8 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed form of a Lagrange top and of any free body: the state at any time, with an accuracy
- * that does not depend on the time. */
+/* The closed form of a Lagrange top and of any free body, on a support at rest: the state at any
+ * time, with an accuracy that does not depend on the time. */
 typedef struct kr_exact {
     /* Time between two lowest points of the nutation [T]; INFINITY for a constant nutation. */
     double period;

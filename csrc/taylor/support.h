@@ -9,8 +9,8 @@
  * of a top that friction holds the needed torque, relative to the largest possible one. */
 
 /* Series that only the expansion needs. In double-double the low words follow, as the loads and
- * stores of vectors expect them. w holds U. The first four lanes of x hold the varying part of G,
- * and the others its sine. */
+ * stores of vectors expect them. w holds U, the lanes of x the varying part of G, and end_x its
+ * sine. */
 typedef struct {
     kr_series words[2];
 } support_series;
@@ -25,7 +25,8 @@ typedef struct {
 } support_sums;
 
 INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_series *own,
-                             const turned_support *of, int j, int m, form what)
+                             const turned_support *of, int j, int m, form what, int turns,
+                             int shakes)
 {
     const duo x = duo_load(s->x[m]);
     if (what == HEADLESS) {
@@ -35,8 +36,38 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
         a->plain.j = duo_fma(duo_lane(own->w[j], 2), x, a->plain.j);
         a->plain.k = duo_fma(duo_lane(own->w[j], 3), x, a->plain.k);
     }
+    if (turns) a->turned = duo_fma(of[j].u.ahead, of[m].o.behind, a->turned);
+    if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-/* Returns the sums of the products of coefficients j and m over j + m = n. */
+#if defined KR_LONG_FUNCTIONS
+/* Returns the sums of the products of coefficients j and m over j + m = n. In double-double each
+ * term is long, so that the loop has one. */
+INLINE support_sums support_products(const kr_series *s, const kr_series *own,
+                                     const turned_support *of, int n, form what, int turns,
+                                     int shakes)
+{
+    const duo zero = duo_splat(0.0);
+    const series_sums none = {zero, zero, zero, zero, zero};
+    support_sums a = {none, zero, zero};
+    for (int j = 0; j <= n; j++) {
+        add_support_term(&a, s, own, of, j, n - j, what, turns, shakes);
+        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
+    }
+    a.plain.cross = duo_mul(duo_splat(0.5), a.plain.cross); /* both halves are the whole sum */
+    return a;
+}
+#else
+/* Adds the terms (j, m) to `a` and (m, j) to `b`. */
+INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
+                             const kr_series *own, const turned_support *of, int j, int m,
+                             form what, int turns, int shakes)
+{
+    add_support_term(a, s, own, of, j, m, what, turns, shakes);
+    add_support_term(b, s, own, of, m, j, what, turns, shakes);
+    a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
+}
+/* Returns the sums of the products of coefficients j and m over j + m = n, in the order of
+ * cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)
@@ -44,23 +75,23 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     const duo zero = duo_splat(0.0);
     const series_sums none = {zero, zero, zero, zero, zero};
     support_sums a = {none, zero, zero}, b = a;
-    for (int j = n; 2 * j > n; j--) {
-        add_support_term(&a, s, own, of, j, n - j, what);
-        add_support_term(&b, s, own, of, n - j, j, what);
-        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
-    }
     if (n % 2 == 0) {
         const duo square = duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind);
-        add_support_term(&a, s, own, of, n / 2, n / 2, what);
-        a.plain.cross = duo_fma(duo_splat(0.5), square, a.plain.cross);
+        add_support_term(&a, s, own, of, n / 2, n / 2, what, turns, shakes);
+        a.plain.cross = duo_mul(duo_splat(0.5), square);
     }
-    add_chains(&a.plain, &b.plain, what);
-    for (int j = 0; turns && j <= n; j++)
-        a.turned = duo_fma(of[j].u.ahead, of[n - j].o.behind, a.turned);
-    for (int j = 0; shakes && j <= n; j++)
-        a.pulled = duo_fma(duo_lane(own->x[j], 0), duo_load(s->x[n - j]), a.pulled);
+    UNROLL
+    for (int j = (n - 1) / 2; j > 0; j--)
+        add_support_pair(&a, SIDE_BY_SIDE ? &b : &a, s, own, of, n - j, j, what, turns, shakes);
+    if (SIDE_BY_SIDE) {
+        add_chains(&a.plain, &b.plain, what);
+        if (turns) a.turned = duo_add(a.turned, b.turned);
+        if (shakes) a.pulled = duo_add(a.pulled, b.pulled);
+    }
+    if (n > 0) add_support_pair(&a, &a, s, own, of, n, 0, what, turns, shakes);
     return a;
 }
+#endif
 /* Returns coefficient n + 1 of O. */
 INLINE quad turning_rates(duo turned, int n)
 {
@@ -109,13 +140,13 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     of[n].o.behind = duo_prev_next(o);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Sets coefficient n + 1 of G, that is, of the sine and the cosine of which it consists. */
+/* Sets coefficient n + 1 of G, and that of its sine. */
 INLINE void next_sway(const kr_series *s, kr_series *own, int n)
 {
-    const quad rate = quad_mul(quad_inverse(n + 1), duo_lo(duo_lane(s->sway, 2))),
-               sine = quad_mul(rate, quad_load(own->x[n] + 4));
-    quad_store(own->x[n + 1] + 4, quad_mul(rate, quad_load(own->x[n])));
-    quad_store(own->x[n + 1], quad_mul(quad_splat(-1.0), sine));
+    const duo rate = duo_mul(duo_inverse(n + 1), duo_lane(s->sway, 2)),
+              sine = duo_mul(rate, duo_load(own->end_x));
+    duo_store(own->end_x, duo_mul(rate, duo_load(own->x[n])));
+    duo_store(own->x[n + 1], duo_mul(duo_splat(-1.0), sine));
 }
 /* Sets the coefficients n + 1 of all series. Those of (q | P) and W up to `from` are known. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
@@ -150,8 +181,8 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     support_series series;
     kr_series *own = series.words;
     turned_support of[KR_TAYLOR_MAX + 1];
-    quad_store(own->x[0], duo_lo(duo_lane(s->sway, 0)));
-    quad_store(own->x[0] + 4, duo_lo(duo_lane(s->sway, 1)));
+    duo_store(own->x[0], duo_lane(s->sway, 0));
+    duo_store(own->end_x, duo_lane(s->sway, 1));
     if (what == HEADLESS) {
         const quad vertical = quad_load(s->x[0] + 4);
         of[0].p.ahead = duo_next_prev(vertical);
@@ -161,6 +192,18 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     for (int n = 0; n < order; n++)
         next_support_coefficient(s, own, of, n, from, what, turns, shakes);
 }
+#if defined KR_LONG_FUNCTIONS
+APART void expand_moving(kr_series *s, int from, int order)
+{
+    expand_support_form(s, from, order, WHOLE, s->turns != 0.0, s->shakes != 0.0);
+}
+/* Computes the coefficients from + 1 to `order` of a top with friction or on a moving support. */
+INLINE void expand_support(kr_series *s, int from, int order, form what)
+{
+    (void)what;
+    expand_moving(s, from, order);
+}
+#else
 APART void expand_turning(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, WHOLE, 1, 0);
@@ -189,3 +232,4 @@ INLINE void expand_support(kr_series *s, int from, int order, form what)
     else
         expand_moving(s, from, order);
 }
+#endif

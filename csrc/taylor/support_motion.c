@@ -17,7 +17,7 @@
 /* The interval in which a limit is reached is halved until it has this fraction of the step. */
 #define NARROW_PART 0x1p-30
 
-static kr_taylor *work_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
+static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
 /* Returns the angular velocity of the support in the units of the motion. */
 static kr_vec3 turning_of(const kr_motion *motion)
 {
@@ -113,6 +113,7 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
     const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
     put_words(s, &s[0].sway[2], per_rate);
     put_words(s, &s[0].sway[3], base);
+    put_words(s, &s[0].sway_most, sway);
     s[0].turns = kr_scene_turns(motion->scene);
     s[0].shakes = kr_scene_shakes(motion->scene);
     if (motion->scene->friction > 0.0) set_friction(s, motion, rate);
@@ -140,15 +141,23 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
     const double unit = motion->time_unit / rate;
     const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
              t = dd_add(dd_of(scene->start.t), since),
-             angle = dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase));
-    dd_sincos(reduce_angle(angle), sine, cosine);
+             angle = reduce_angle(
+                 dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
+    if (motion->digits > 16) {
+        dd_sincos(angle, sine, cosine);
+        return;
+    }
+    double s, c;
+    sin_cos(angle.hi, &s, &c);
+    *sine = dd_of(s + angle.lo * c);
+    *cosine = dd_of(c - angle.lo * s);
 }
 /* Sets the varying part of G, and its sine, at the end of the last step. */
 static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
 {
-    dd base, sway, sine, cosine;
+    const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
+    dd sine, cosine;
     kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
-    kr_support_split(motion, &base, &sway);
     put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
     put_words(s, &s[0].sway[1], dd_mul(sway, sine));
 }
@@ -160,9 +169,15 @@ static quat_dd attitude_at_end(const kr_series s[2])
 /* Sets the angular velocity of the support, seen from the body, at the end of the last step. */
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
+    const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
+    if (motion->digits <= 16) {
+        const kr_quat at_end = q4(s->end_x[0], v_of(s->end_x + 1));
+        v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
+        return;
+    }
     const quat_dd q = qdd_unit(attitude_at_end(s));
-    const kr_vec3 turning = v_scale(1.0 / rate, turning_of(motion)), none = {0.0, 0.0, 0.0};
-    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(turning, none));
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(own, none));
     set_vector_words(s[0].turn, s[1].turn, seen);
 }
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
@@ -221,7 +236,7 @@ static double negligible_spin(const kr_motion *motion)
 }
 void kr_support_start(const kr_motion *motion)
 {
-    kr_taylor *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
     /* The memory may have been used for another top. */
@@ -314,8 +329,15 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);
     const double part = fmin(first, second), span = s->end - s->t;
     if (part < INFINITY) {
-        const double value = slides ? 0.0 : first <= second ? -1.0 : 1.0;
-        end_step_at(s, kernel, deep, refine_limit(s, n, value, part * span));
+        const double value = slides            ? 0.0
+                             : first <= second ? -1.0
+                                               : 1.0,
+                     beyond = slides ? -p->sliding * noise : most * value;
+        dd h = refine_limit(s, n, value, part * span);
+        /* The spin may have passed 0 by less than `noise` before the step. */
+        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span);
+        if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
+        end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
         if (slides) {
             p->before_hold = p->sliding;
@@ -354,7 +376,7 @@ static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 }
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 {
-    const kr_series *s = work_of(motion)->series;
+    const kr_series *s = taylor_of(motion)->series;
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1), P = v_of(s->end_x + 5),
                   U = v_sub(W, O);
     const kr_quat q = q4(s->end_x[0], v_of(s->end_x + 1)),
@@ -370,7 +392,7 @@ void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 }
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
 {
-    kr_taylor *p = work_of(motion);
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;

@@ -53,9 +53,10 @@ typedef struct kr_series {
     double turn[4], sway[4], rub[4];
     /* The apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction). */
     double apex[4], yield[4], per_grip;
+    double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
     /* Nonzero if the support turns, or shakes; if the top slides, or is held by friction. */
     double turns, shakes, slides, holds;
-    double unused[6];
+    double unused[5];
 } kr_series;
 
 /* The data of the method for one motion. */

@@ -22,8 +22,11 @@ static double fastest(const kr_scene *scene)
 {
     const kr_vec3 A = scene->body.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z)),
-                 pull = fabs(scene->gravity) * scene->body.mass * v_length(scene->body.com);
-    return v_length(scene->start.m) / least + sqrt(pull / least);
+                 shaken = scene->shaking.rate * scene->shaking.rate * scene->shaking.amplitude,
+                 pull = (fabs(scene->gravity) + fabs(shaken)) * scene->body.mass *
+                        v_length(scene->body.com);
+    return v_length(scene->start.m) / least + v_length(scene->turning) + scene->shaking.rate +
+           sqrt((pull + scene->friction) / least);
 }
 static kr_status move(const kr_scene *scene, double t, int digits, kr_state *end)
 {

@@ -73,6 +73,20 @@ kr_vec3 any_damping(const kr_scene *scene)
     if (odds(15)) along[1] = along[2] = along[0];
     return v_of(along);
 }
+/* Lets the support of a scene turn or shake, or gives the top dry friction. */
+static void add_support(kr_scene *scene)
+{
+    const double moment = v_largest(scene->body.inertia);
+    if (odds(50))
+        scene->turning = v_scale(odds(80) ? 1.0 : spread(1e-9, 30.0), vector_between(-1, 1));
+    if (odds(30)) scene->turning.x = scene->turning.y = 0.0;
+    if (odds(50)) {
+        const kr_shaking shaking = {either_sign(spread(1e-6, 1.0)), spread(0.1, 30.0),
+                                    between(-9.0, 9.0)};
+        scene->shaking = shaking;
+    }
+    if (odds(40)) scene->friction = moment * spread(1e-6, 3.0);
+}
 static double any_beginning(void)
 {
     return odds(60) ? 0.0 : odds(70) ? between(-9.0, 9.0) : either_sign(spread(1e3, 1e18));
@@ -88,16 +102,21 @@ static void change_units(kr_scene *scene)
     scene->gravity *= length / time / time;
     scene->start.m = v_scale(moment / time, scene->start.m);
     scene->damping = v_scale(moment / time, scene->damping);
+    scene->turning = v_scale(1.0 / time, scene->turning);
+    scene->shaking.amplitude *= length;
+    scene->shaking.rate /= time;
+    scene->friction *= moment / time / time;
     scene->start.t *= time;
 }
 /* Replaces one number of the scene by an arbitrary double. */
 static void spoil(kr_scene *scene)
 {
-    double *const place[] = {&scene->body.mass,  &scene->body.inertia.x, &scene->body.inertia.z,
-                             &scene->body.com.x, &scene->body.com.z,     &scene->body.axes.w,
-                             &scene->gravity,    &scene->start.t,        &scene->start.q.w,
-                             &scene->start.q.z,  &scene->start.m.x,      &scene->start.m.z,
-                             &scene->damping.x,  &scene->damping.z};
+    double *const place[] = {
+        &scene->body.mass,    &scene->body.inertia.x, &scene->body.inertia.z,   &scene->body.com.x,
+        &scene->body.com.z,   &scene->body.axes.w,    &scene->gravity,          &scene->start.t,
+        &scene->start.q.w,    &scene->start.q.z,      &scene->start.m.x,        &scene->start.m.z,
+        &scene->damping.x,    &scene->damping.z,      &scene->turning.x,        &scene->friction,
+        &scene->shaking.rate, &scene->shaking.phase,  &scene->shaking.amplitude};
     *place[choose(sizeof place / sizeof *place)] = any_double();
 }
 kr_scene any_scene(void)
@@ -109,6 +128,7 @@ kr_scene any_scene(void)
     scene.start.m = any_momentum(&scene);
     scene.start.t = any_beginning();
     if (odds(10)) scene.damping = any_damping(&scene);
+    if (odds(10)) add_support(&scene);
     if (odds(15)) change_units(&scene);
     if (odds(12)) spoil(&scene);
     return scene;
@@ -120,6 +140,7 @@ double time_scale(const kr_scene *scene)
     const double moment = v_largest(A), drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z)),
                  turning = v_length(scene->start.m) / moment +
                            sqrt(fabs(scene->gravity) * body->mass / moment * v_length(body->com)),
-                 rate = turning + (isfinite(drag) ? drag : 0.0);
+                 moved = v_length(scene->turning) + scene->shaking.rate,
+                 rate = turning + (isfinite(drag) ? drag : 0.0) + (isfinite(moved) ? moved : 0.0);
     return isfinite(1.0 / rate) && rate > 0.0 ? 1.0 / rate : 1.0;
 }

@@ -9,6 +9,9 @@
 #include "call_counts.h"
 
 enum { PLACES = 3 };
+#define X(by, bit, columns, name) | (bit)
+enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
+#undef X
 static place places[PLACES];
 static kr_top *alike; /* a top to compare with one of them */
 static int goes_far;
@@ -105,7 +108,8 @@ static kr_config any_config(const kr_scene *scene, const kr_method *method)
     config.max_steps = odds(70) ? 0 : (int64_t)choose(goes_far ? 2000 : 20);
     if (odds(2)) config.max_steps = -(int64_t)choose(9);
     if (flags & KR_METHOD_TANGENTS && !config.skip_heading ? odds(30) : odds(2))
-        config.tangents = odds(95) ? choose(2 * KR_TANGENT_DAMPING) : choose(UINT64_MAX);
+        config.tangents =
+            odds(95) ? choose(2 * KR_TANGENT_FRICTION) & ALL_TANGENTS : choose(UINT64_MAX);
     return config;
 }
 static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
@@ -123,7 +127,7 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
     const unsigned carries = kr_method_flags(p->method) & KR_METHOD_TANGENTS;
-    if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_DAMPING);
+    if (p->config.tangents) CLAIM(carries && (p->config.tangents & ~(uint64_t)ALL_TANGENTS) == 0);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
 }
