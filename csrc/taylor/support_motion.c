@@ -69,9 +69,9 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
 double kr_support_rate(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 A = motion->inertia;
-    const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
     dd base, sway;
     if (!kr_support_moves(motion->scene)) return 0.0;
+    const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
     const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
