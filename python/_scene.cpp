@@ -35,5 +35,5 @@ void bind_scene(py::module_ &m);
 void bind_scene(py::module_ &m)
 {
     m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a, "damping"_a,
-          "turning"_a, "shaking"_a, "friction"_a);
+          "turning"_a = py::none(), "shaking"_a = py::none(), "friction"_a = py::none());
 }

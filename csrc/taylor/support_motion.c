@@ -234,22 +234,18 @@ static double negligible_spin(const kr_motion *motion)
 {
     return motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN;
 }
-/* Removes what an earlier motion in the same memory has left. */
-static void clear_support(kr_series s[2])
-{
-    for (int i = 0; i < 2; i++) {
-        memset(s[i].turn, 0, sizeof s->turn);
-        memset(s[i].rub, 0, sizeof s->rub);
-        s[i].sway[0] = s[i].sway[1] = 0.0; /* also used without shaking */
-        s[i].slides = s[i].holds = 0.0;
-    }
-}
 void kr_support_start(const kr_motion *motion)
 {
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    clear_support(s);
+    /* The memory may have been used for another top. */
+    for (int i = 0; i < 2; i++) {
+        memset(s[i].turn, 0, sizeof s->turn);
+        memset(s[i].sway, 0, 2 * sizeof *s->sway);
+        memset(s[i].rub, 0, sizeof s->rub);
+        s[i].slides = s[i].holds = 0.0;
+    }
     kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
     const double spin = spin_at_end(s).hi;

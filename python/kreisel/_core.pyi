@@ -82,9 +82,9 @@ def scene(
     attitude: object,
     gravity: object,
     damping: object,
-    turning: object,
-    shaking: object,
-    friction: object,
+    turning: object = ...,
+    shaking: object = ...,
+    friction: object = ...,
 ) -> tuple[_Vector, _Quaternion, float, _Vector, _Vector, _Vector, float, bytes] | str | None: ...
 
 class Tops:

@@ -43,14 +43,14 @@ class Motion:
         reach = np.linalg.norm(self.com)
         self.apex = self.com / reach if reach else axes[2]
 
-    def seen(self, y):
+    def see_from_body(self, y):
         """Return the momentum and the turning of the support, seen from the body."""
         q = tuple(y[:4])
         return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
 
     def relative(self, y):
         """Return the angular velocity relative to the support, seen from the body."""
-        own, turning = self.seen(y)
+        own, turning = self.see_from_body(y)
         return self.inverse @ (own - self.rotor) - turning
 
     def spin(self, y):
@@ -63,9 +63,9 @@ class Motion:
         up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
         return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
 
-    def needed(self, t, y):
+    def find_holding(self, t, y):
         """Return the friction that keeps the spin."""
-        (own, turning), relative = self.seen(y), self.relative(y)
+        (own, turning), relative = self.see_from_body(y), self.relative(y)
         change = self.torque(t, y) - np.cross(relative + turning, own)
         change = self.inverse @ change - np.cross(turning, relative)
         return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
@@ -88,10 +88,10 @@ def integrate_with_stops(scene, end):
         if friction and not sign:
 
             def rates(t, y):
-                return motion.rates(t, y, motion.needed(t, y))
+                return motion.rates(t, y, motion.find_holding(t, y))
 
             def change(t, y):
-                return abs(motion.needed(t, y)) - friction
+                return abs(motion.find_holding(t, y)) - friction
 
         else:
 
@@ -106,7 +106,7 @@ def integrate_with_stops(scene, end):
         part = solve_ivp(rates, (t, end), y, "DOP853", rtol=1e-12, atol=1e-13, events=events)
         t, y = part.t[-1], part.y[:, -1]
         stops += [t] if part.status == 1 else []
-        force = motion.needed(t, y)
+        force = motion.find_holding(t, y)
         sign = 0.0 if sign and abs(force) <= friction else -np.sign(force)
     return y[:4] / np.linalg.norm(y[:4]), y[4:], stops
 
@@ -183,10 +183,10 @@ def unit_changes(scene, name, tangent=None):
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):
-        def changed(by):
+        def vary(by):
             moved = value + by * np.eye(len(value))[k]
             return scene.replace(**{name: moved if len(value) > 1 else float(moved[0])})
 
-        return changed
+        return vary
 
     return [(tangent or name, change(k)) for k in range(len(value))]

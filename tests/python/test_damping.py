@@ -10,7 +10,7 @@ import warnings
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._model import scene_arguments
+from kreisel._model import environment
 
 GENERAL = kr.Body(
     2.0,
@@ -172,11 +172,13 @@ def test_compare_and_progress():
 
 
 def test_damping_on_the_edge():
-    assert scene_arguments.check_damping(None) == (0.0, 0.0, 0.0) and scene_arguments.check_damping(
-        0
-    ) == (0.0, 0.0, 0.0)
-    assert scene_arguments.check_damping(np.float64(0.5)) == (0.5, 0.5, 0.5)
-    assert tuple(scene_arguments.check_damping((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
+    assert environment.check_damping(None) == (0.0, 0.0, 0.0) and environment.check_damping(0) == (
+        0.0,
+        0.0,
+        0.0,
+    )
+    assert environment.check_damping(np.float64(0.5)) == (0.5, 0.5, 0.5)
+    assert tuple(environment.check_damping((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
     for wrong in (-0.1, (0.1, -1e-300, 0.0)):
         with pytest.raises(ValueError, match="damping must not be negative"):
-            scene_arguments.check_damping(wrong)
+            environment.check_damping(wrong)

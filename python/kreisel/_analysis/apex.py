@@ -81,8 +81,8 @@ class Apex:
         NaN.
 
         Raises ValueError for a body that is not a Lagrange top, because its nutation is not
-        periodic in general, and for a support that moves. Also raises ValueError if the path has no complete nutation, or if its
-        states are farther apart than a quarter of a nutation.
+        periodic in general, and for a support that moves. Also raises ValueError if the path has no
+        complete nutation, or if its states are farther apart than a quarter of a nutation.
         """
         body = self.scene.body
         refuse_disturbances(
