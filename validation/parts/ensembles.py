@@ -129,8 +129,8 @@ def describe_kind(kind, groups):
     value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
         f"{ensemble_runs.SERIES.name} moves {1 / seconds:,.0f} {kind} tops per second with a "
-        f"median error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
-        "batches of eight"
+        f"median error of {format_power(target)} rad, {format_brief(value)} times as many as "
+        "heyoka in batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."
