@@ -45,7 +45,7 @@ def scraper(block, block_vars, gallery_conf):
 
 def find_panel(figure, number=None):
     """Return the numbered panel, or the last one among the largest."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     width, height = figure.bbox.size
     areas = [axes.get_window_extent() for axes in figure.axes]
     if number is None:

@@ -12,13 +12,13 @@ from validation.references.problems import load_problem
 
 
 @pytest.fixture(scope="module")
-def found():
+def findings():
     """Return the measurements of one scene with few members."""
     return [many_starts.measure_scene(load_problem("thesis"), replace(BUDGETS["quick"], members=2))]
 
 
-def test_every_program_runs_on_every_start(found):
-    (scene,) = found
+def test_every_program_runs_on_every_start(findings):
+    (scene,) = findings
     places = {(run["program"], run["start"], run["tol"]) for run in scene["runs"]}
     programs = many_starts.list_programs()
     assert len(places) == len(programs) * many_starts.LEAST_STARTS * len(many_starts.QUICK)

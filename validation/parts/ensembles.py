@@ -128,9 +128,9 @@ def describe_kind(kind, groups):
     target = max(1e-9, equal_error.tightest_common_error(own, peer))
     value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
-        f"{ensemble_runs.SERIES.name} moves {1 / seconds:,.0f} {kind} tops per second with a median "
-        f"error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
-        "batches of eight"
+        f"{ensemble_runs.SERIES.name} moves {1 / seconds:,.0f} {kind} tops per second with a "
+        f"median error of {format_power(target)} rad, {format_brief(value)} times as many as "
+        "heyoka in batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."
