@@ -88,8 +88,7 @@ export class ShareDialog {
       this.isFilming = false;
       this.draw();
     };
-    if (page.hasEnded()) page.rewind();
-    page.setRunning(true);
+    page.start();
     recorder.start();
     view.recording = view.isDirty = true;
     this.isFilming = true;

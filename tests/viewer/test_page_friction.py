@@ -142,6 +142,15 @@ def test_a_changed_top_stands_again(page):
     assert read_message(page) == "" or "meets the floor" in read_message(page)
 
 
+def test_start_after_the_end_begins_again(page):
+    load(page, GAME)
+    advance(page, 90)
+    page.get_by_role("button", name="Start", exact=True).click()
+    assert page.evaluate("kreisel.page.isRunning && kreisel.page.clock < 2e6")
+    page.evaluate("kreisel.page.setRunning(false)")
+    assert np.isnan(read_end(page))
+
+
 # The game
 
 
