@@ -66,16 +66,30 @@ typedef struct kr_step_polynomial {
 
 /* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
  * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
- * derivatives of the lever, the moments and the damping with respect to this parameter. The last
- * two are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with
+ * derivatives with respect to this parameter. Those of the moments and the damping are symmetric
+ * matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with
  * one exception: strongly damped motions with deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
+/* How the torque of a parameter depends on the time: as the acceleration g(t); not at all; or as
+ * the derivative of g(t) by a number of the shaking. */
+typedef enum kr_timing {
+    KR_TIMING_NONE,
+    KR_TIMING_STRENGTH,
+    KR_TIMING_UNIFORM,
+    KR_TIMING_AMPLITUDE,
+    KR_TIMING_RATE,
+    KR_TIMING_PHASE
+} kr_timing;
+/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration; the
+ * lever varies with the time as `timing` says. `turning` is that of the support in space. */
 typedef struct kr_seed {
     kr_deviation at_start;
-    vec_dd lever;
+    vec_dd lever, rotor, pull;
     double moments[6], damping[6];
+    kr_vec3 turning;
+    kr_timing timing;
 } kr_seed;
 /* Functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {

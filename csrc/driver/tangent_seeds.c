@@ -36,7 +36,10 @@ typedef struct {
 /* Returns a new seed, of a parameter that changes nothing. */
 static kr_seed *add_seed(seed_list *to)
 {
-    const kr_seed zero = {{zero_vector, zero_vector}, zero_vector, {0.0}, {0.0}};
+    const kr_seed zero = {.at_start = {zero_vector, zero_vector},
+                          .lever = zero_vector,
+                          .rotor = zero_vector,
+                          .pull = zero_vector};
     *to->next = zero;
     return to->next++;
 }
@@ -69,13 +72,38 @@ static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
- * by this parameter is weight * com. */
-static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
+/* Returns weight * com in working axes and internal units of the lever. */
+static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
-    add_seed(to)->lever = vdd_scale(own, v_dd(a, none));
+    return vdd_scale(own, v_dd(a, none));
+}
+/* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
+ * by this parameter is weight * com, and mass * com * k on a shaken support, with the acceleration
+ * or its derivative k. */
+static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
+{
+    kr_seed *seed = add_seed(to);
+    seed->lever = lever_in_own_units(to, weight, com);
+    seed->pull = lever_in_own_units(to, dd_of(mass), com);
+    seed->timing = timing;
+}
+/* Writes the three seeds of the rotor. */
+static void seed_rotor(seed_list *to)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 3; i++)
+        add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
+}
+/* Writes the seeds of the support: of its turning, and of the three numbers of its shaking. */
+static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
+{
+    static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
+    for (int i = 0; i < 3 && by & KR_TANGENT_TURNING; i++)
+        add_seed(to)->turning = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
+        seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
 /* Writes the seeds of all columns that the config of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
@@ -90,10 +118,14 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     if (by & KR_TANGENT_START) seed_start(to, top);
     if (by & KR_TANGENT_MOMENTS) seed_moments(to);
     for (int i = 0; i < 3 && by & KR_TANGENT_COM; i++)
-        seed_lever(to, two_product(body->mass, g), v3(i == 0, i == 1, i == 2));
-    if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(body->mass), body->com);
-    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), body->com);
+        seed_lever(to, two_product(body->mass, g), body->mass, v3(i == 0, i == 1, i == 2),
+                   KR_TIMING_STRENGTH);
+    if (by & KR_TANGENT_GRAVITY)
+        seed_lever(to, dd_of(body->mass), body->mass, body->com, KR_TIMING_UNIFORM);
+    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, body->com, KR_TIMING_STRENGTH);
     if (by & KR_TANGENT_DAMPING) seed_damping(to);
+    if (by & KR_TANGENT_ROTOR) seed_rotor(to);
+    seed_support(to, body, by);
 }
 void kr_tangents_start(kr_top *top)
 {
@@ -114,13 +146,17 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
     const size_t begin = kr_tangent_columns(by & KR_TANGENT_START),
-                 end = kr_tangent_columns(by & (2 * KR_TANGENT_MASS - 1));
+                 end = kr_tangent_columns(by & (2 * KR_TANGENT_MASS - 1)),
+                 rotor = kr_tangent_columns(by & (2 * KR_TANGENT_DAMPING - 1)),
+                 turning = kr_tangent_columns(by & (2 * KR_TANGENT_ROTOR - 1));
     const double moment = top->momentum_unit * top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
     for (size_t i = 0; i < 3; i++) {
         if (by & KR_TANGENT_START) unit[3 + i] = top->momentum_unit;
         if (by & KR_TANGENT_MOMENTS) unit[begin + i] = moment;
         if (by & KR_TANGENT_DAMPING) unit[end + i] = top->momentum_unit;
+        if (by & KR_TANGENT_ROTOR) unit[rotor + i] = top->momentum_unit;
+        if (by & KR_TANGENT_TURNING) unit[turning + i] = 1.0 / top->time_unit;
     }
 }
 /* Returns a rotation vector in the frame of description, given in working axes. Up to 16 digits the

@@ -244,7 +244,8 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     if (config->digits > 0 && !(flags & KR_METHOD_DIGITS)) return KR_ERR_OPTION;
     if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
     if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
-    if (config->tangents & ~(uint64_t)63) return KR_ERR_OPTION;
+    /* The stop of a top by dry friction has no derivatives. */
+    if (config->tangents & KR_TANGENT_FRICTION) return KR_ERR_OPTION;
     if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
     const int is_built =
         (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
@@ -275,7 +276,6 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     /* On a support that turns, the rotation about the vertical changes the motion. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (config->tangents && scene->friction > 0.0) return KR_ERR_OPTION;
-    if (config->tangents && (kr_scene_turns(scene) || kr_scene_shakes(scene))) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }

@@ -95,7 +95,8 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->exact_top) config.skip_heading = 0; /* closed forms would not be faster */
+    /* Closed forms would not be faster, and turning supports need the heading. */
+    if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)

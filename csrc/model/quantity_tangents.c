@@ -2,11 +2,13 @@
  * the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and the vertical
  * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the
  * changes
- *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dJ W),   dV = V x theta
- * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
+ *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
+ * and dO = O x theta + R* dturning R, dU = dW - dO, with the angular velocity O of the support and U
+ * relative to it; and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
  * depend on it. */
 #include "quantities.h"
-#include "body.h"
+#include "math/trig.h"
+#include "scene.h"
 
 /* A state. Vectors are along the principal axes unless stated otherwise. */
 typedef struct quantity_point {
@@ -14,18 +16,19 @@ typedef struct quantity_point {
     const kr_state *state;
     kr_vec3 described[3]; /* the principal axes in the frame of description */
     kr_vec3 frame[3];     /* the principal axes in space */
-    kr_vec3 M, W, V;
+    kr_vec3 M, W, V, O, U;
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
-    double reach, weight; /* |com|; mass * gravity */
+    double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
 /* A change of the state and of the parameters, and the resulting changes of the vectors above. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
-    kr_vec3 turn, M, W, V, apex;
-    kr_vec3 moments, com, damping;
+    kr_vec3 turn, M, W, V, O, U, apex;
+    kr_vec3 moments, com, damping, rotor, turning;
+    int shaking; /* 1 amplitude, 2 rate, 3 phase */
     double weight;
-    int changes_com;
+    int changes_com, is_mass;
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
@@ -58,7 +61,7 @@ static void tangent_of_m(const quantity_point *at, const quantity_change *by, do
 }
 static void tangent_of_velocity(const quantity_point *at, const quantity_change *by, double out[])
 {
-    v_put(out, change_in_space(at, by, at->W, by->W));
+    v_put(out, change_in_space(at, by, at->U, by->U));
 }
 static void tangent_of_torque(const quantity_point *at, const quantity_change *by, double out[])
 {
@@ -80,7 +83,7 @@ static void tangent_of_apex(const quantity_point *at, const quantity_change *by,
 static void tangent_of_body_velocity(const quantity_point *at, const quantity_change *by,
                                      double out[])
 {
-    v_put(out, sum_along(at->described, by->W));
+    v_put(out, sum_along(at->described, by->U));
 }
 static void tangent_of_body_momentum(const quantity_point *at, const quantity_change *by,
                                      double out[])
@@ -94,7 +97,7 @@ static void tangent_of_body_vertical(const quantity_point *at, const quantity_ch
 }
 static void tangent_of_spin(const quantity_point *at, const quantity_change *by, double out[])
 {
-    *out = v_dot(by->W, at->apex) + v_dot(at->W, by->apex);
+    *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
 }
 
 /* Returns the rotation vector, in the frame of description, of the change of q_tilt(a) by a change
@@ -152,13 +155,20 @@ static void tangent_of_spin_angle(const quantity_point *at, const quantity_chang
 
 static void tangent_of_kinetic(const quantity_point *at, const quantity_change *by, double out[])
 {
-    *out = v_dot(by->M, at->W) - 0.5 * v_dot(v_times(by->moments, at->W), at->W);
+    const kr_vec3 carried = v_add(v_add(by->rotor, v_times(by->moments, at->O)),
+                                  v_times(at->scene->body.inertia, by->O));
+    *out = v_dot(by->M, at->U) - 0.5 * v_dot(v_times(by->moments, at->U), at->U) -
+           v_dot(carried, at->U);
 }
 static void tangent_of_potential(const quantity_point *at, const quantity_change *by, double out[])
 {
     const kr_vec3 com = at->scene->body.com;
     *out =
         by->weight * v_dot(com, at->V) + at->weight * (v_dot(by->com, at->V) + v_dot(com, by->V));
+    if (!kr_scene_turns(at->scene) && v_largest(by->turning) == 0.0) return;
+    const kr_vec3 J = at->scene->body.inertia, h = at->scene->body.rotor;
+    *out -= v_dot(v_times(J, at->O), by->O) + 0.5 * v_dot(v_times(by->moments, at->O), at->O) +
+            v_dot(by->rotor, at->O) + v_dot(h, by->O);
 }
 static void tangent_of_energy(const quantity_point *at, const quantity_change *by, double out[])
 {
@@ -196,6 +206,7 @@ static int find_integral_frame(const quantity_point *at, const quantity_change *
 {
     const kr_body *body = &at->scene->body;
     if (kr_body_kind(body, KR_KIND_RTOL) != kind || v_largest(by->moments) > 0.0) return 0;
+    if (kr_scene_shakes(at->scene) || by->shaking || v_largest(by->rotor) > 0.0) return 0;
     const kr_working w = kr_body_working(body);
     if (fabs(q_turn_back(w.axes, by->com).z) > 0.5) return 0;
     const kr_vec3 first = v_scale(-1.0, v_unit(w.com)),
@@ -232,21 +243,24 @@ static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quant
     *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* The derivative of J W' = M x W + weight V x com - D W. */
+/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. With dry friction it
+ * is NaN. */
 static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
                                          double out[])
 {
     const kr_vec3 J = at->scene->body.inertia, com = at->scene->body.com, D = at->scene->damping,
                   pull = v_cross(at->V, com),
                   torque =
-                      v_sub(v_axpy(at->weight, pull, v_cross(at->M, at->W)), v_times(D, at->W)),
+                      v_sub(v_axpy(at->weight, pull, v_cross(at->M, at->W)), v_times(D, at->U)),
                   dpull = v_add(v_cross(by->V, com), v_cross(at->V, by->com)),
                   gyric = v_add(v_cross(by->M, at->W), v_cross(at->M, by->W)),
-                  drag = v_add(v_times(by->damping, at->W), v_times(D, by->W)),
+                  drag = v_add(v_times(by->damping, at->U), v_times(D, by->U)),
                   change = v_add(v_axpy(by->weight, pull, v_scale(at->weight, dpull)),
                                  v_sub(gyric, drag));
-    v_put(out, sum_along(at->described,
-                         v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J)));
+    const kr_vec3 gain = v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J),
+                  turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W));
+    v_put(out, at->scene->friction > 0.0 ? v3(NAN, NAN, NAN)
+                                         : sum_along(at->described, v_sub(gain, turned)));
 }
 
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
@@ -258,15 +272,30 @@ static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
 static quantity_point point_at(const kr_scene *scene, const kr_state *s)
 {
     const kr_body *body = &scene->body;
-    quantity_point at = {.scene = scene, .state = s, .weight = body->mass * scene->gravity};
+    quantity_point at = {
+        .scene = scene, .state = s, .weight = body->mass * kr_acceleration_at(scene, s->t)};
     kr_state_frame(scene, s, at.frame);
     for (int i = 0; i < 3; i++) at.described[i] = q_turn(body->axes, v3(i == 0, i == 1, i == 2));
     at.M = components_along(at.frame, s->m);
     at.W = v_over(v_sub(at.M, body->rotor), body->inertia);
+    at.O = components_along(at.frame, scene->turning);
+    at.U = v_sub(at.W, at.O);
     at.V = v3(at.frame[0].z, at.frame[1].z, at.frame[2].z);
     at.apex = v_largest(body->com) > 0.0 ? v_unit(body->com) : v3(0.0, 0.0, 1.0);
     at.reach = v_dot(at.apex, body->com);
     return at;
+}
+/* Returns the derivative of the acceleration by the amplitude, the rate or the phase of the
+ * shaking. */
+static double change_of_acceleration(const quantity_point *at, int shaking)
+{
+    const kr_shaking *by = &at->scene->shaking;
+    const double square = by->rate * by->rate, t = at->state->t;
+    double sine, cosine;
+    sin_cos(by->rate * t + by->phase, &sine, &cosine);
+    if (shaking == 1) return -square * cosine;
+    const double by_phase = by->amplitude * square * sine;
+    return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
 /* Sets the changes of the vectors of a point that follow from the changes of the state, `column` of
  * the tangents, and of the parameters. */
@@ -277,8 +306,13 @@ static void set_change(const quantity_point *at, const double column[6], quantit
     by->push = v_of(column + 3);
     by->turn = components_along(at->described, by->described_turn);
     by->M = v_add(components_along(at->frame, by->push), v_cross(at->M, by->turn));
-    by->W = v_over(v_sub(by->M, v_times(by->moments, at->W)), at->scene->body.inertia);
+    by->W = v_over(v_sub(v_sub(by->M, by->rotor), v_times(by->moments, at->W)),
+                   at->scene->body.inertia);
     by->V = v_cross(at->V, by->turn);
+    by->O = v_add(v_cross(at->O, by->turn), components_along(at->frame, by->turning));
+    by->U = v_sub(by->W, by->O);
+    if (by->shaking) by->weight = at->scene->body.mass * change_of_acceleration(at, by->shaking);
+    if (by->is_mass) by->weight = kr_acceleration_at(at->scene, at->state->t);
     by->apex = none;
     if (!by->changes_com) return;
     by->apex = at->reach > 0.0
@@ -296,9 +330,14 @@ static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quan
         by->changes_com = 1;
     }
     if (tangents & KR_TANGENT_GRAVITY) by++->weight = scene->body.mass;
-    if (tangents & KR_TANGENT_MASS) by++->weight = scene->gravity;
+    if (tangents & KR_TANGENT_MASS) by++->is_mass = 1;
     for (int i = 0; i < 3 && tangents & KR_TANGENT_DAMPING; i++, by++)
         by->damping = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_ROTOR; i++, by++)
+        by->rotor = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_TURNING; i++, by++)
+        by->turning = v3(i == 0, i == 1, i == 2);
+    for (int i = 0; i < 3 && tangents & KR_TANGENT_SHAKING; i++) by++->shaking = 1 + i;
 }
 void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                           const kr_state states[], uint64_t by, const double tangents[],

@@ -94,6 +94,7 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
         force = triple_add(force, lever_torque(s, g, n));
     }
     if (g->gyrostat != 0.0) own = triple_add(own, rotor_turn(g, n));
+    if (n == 0 && g->rotor_changes != 0.0) own = triple_sub(own, load_rotor(g));
     if (g->drag_changes != 0.0) force = triple_sub(force, drags_times(s, g, n));
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =

@@ -90,6 +90,11 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
+INLINE triple load_rotor(const kr_tangent *g)
+{
+    return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
+                      duo_load(g[2 * WORDS].rotor_of));
+}
 /* The structs that hold the elements of a symmetric matrix. Row 0 has the elements xx, yy, zz. Row
  * 1 has xy, yz, zx. Row 2 has xz, yx, zy. */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};

@@ -52,9 +52,7 @@ static dd shaking_acceleration(const kr_scene *scene)
     const kr_shaking *shaking = &scene->shaking;
     return dd_times(shaking->amplitude, two_product(shaking->rate, shaking->rate));
 }
-/* Returns the lever to which G refers. Writes the parts of G: the constant part, and the factor of
- * the cosine. */
-static vec_dd split_acceleration(const kr_motion *motion, dd *base, dd *sway)
+vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
 {
     const dd gravity = dd_of(motion->scene->gravity), most = shaking_acceleration(motion->scene);
     *base = dd_of(1.0);
@@ -74,7 +72,7 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W)
     const double turning = v_length(turning_of(motion)), least = fmin(A.x, fmin(A.y, A.z));
     dd base, sway;
     if (!kr_support_moves(motion->scene)) return 0.0;
-    const vec_dd lever = split_acceleration(motion, &base, &sway);
+    const vec_dd lever = kr_support_split(motion, &base, &sway);
     const double pull = v_length(vdd_high(lever)), carried = v_length(motion->rotor),
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
                  energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
@@ -111,7 +109,7 @@ static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     dd base, sway;
-    const vec_dd lever = split_acceleration(motion, &base, &sway);
+    const vec_dd lever = kr_support_split(motion, &base, &sway);
     const dd per_rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
     put_words(s, &s[0].sway[2], per_rate);
     put_words(s, &s[0].sway[3], base);
@@ -135,18 +133,22 @@ static dd reduce_angle(dd angle)
     for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Sets the varying part of G, and its sine, at the end of the last step. */
-static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
+void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
+                      dd *sine)
 {
     const kr_scene *scene = motion->scene;
     const double unit = motion->time_unit / rate;
-    dd base, sway, sine, cosine;
-    const dd since = dd_add(dd_of(unit * s[0].end), dd_of(unit * s[1].end)),
+    const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
              t = dd_add(dd_of(scene->start.t), since),
-             angle = reduce_angle(
-                 dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
-    split_acceleration(motion, &base, &sway);
-    dd_sincos(angle, &sine, &cosine);
+             angle = dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase));
+    dd_sincos(reduce_angle(angle), sine, cosine);
+}
+/* Sets the varying part of G, and its sine, at the end of the last step. */
+static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
+{
+    dd base, sway, sine, cosine;
+    kr_support_phase(motion, rate, s[0].end, s[1].end, &cosine, &sine);
+    kr_support_split(motion, &base, &sway);
     put_words(s, &s[0].sway[0], dd_mul(sway, cosine));
     put_words(s, &s[0].sway[1], dd_mul(sway, sine));
 }
@@ -163,11 +165,10 @@ static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
     const vec_dd seen = qdd_turn(qdd_conj(q), v_dd(turning, none));
     set_vector_words(s[0].turn, s[1].turn, seen);
 }
-/* Sets the position of the support at the end of the last step, where the next step begins. */
-static void set_support(kr_taylor *p, const kr_motion *motion)
+void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
 {
-    if (p->series->turns != 0.0) set_turn(p->series, motion, p->rate);
-    if (p->series->shakes != 0.0) set_sway(p->series, motion, p->rate);
+    if (s->turns != 0.0) set_turn(s, motion, rate);
+    if (s->shakes != 0.0) set_sway(s, motion, rate);
 }
 
 /* Returns the derivative of W at the end of the last step, without friction. */
@@ -218,23 +219,19 @@ static double negligible_spin(const kr_motion *motion)
 {
     return motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN;
 }
-/* Removes what an earlier motion in the same memory has left. */
-static void clear_support(kr_series s[2])
-{
-    for (int i = 0; i < 2; i++) {
-        memset(s[i].turn, 0, sizeof s->turn);
-        memset(s[i].rub, 0, sizeof s->rub);
-        s[i].sway[0] = s[i].sway[1] = 0.0; /* also used without shaking */
-        s[i].slides = s[i].holds = 0.0;
-    }
-}
 void kr_support_start(const kr_motion *motion)
 {
     kr_taylor *p = work_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    clear_support(s);
-    set_support(p, motion);
+    /* The memory may have been used for another top. */
+    for (int i = 0; i < 2; i++) {
+        memset(s[i].turn, 0, sizeof s->turn);
+        memset(s[i].sway, 0, 2 * sizeof *s->sway);
+        memset(s[i].rub, 0, sizeof s->rub);
+        s[i].slides = s[i].holds = 0.0;
+    }
+    kr_support_place(s, motion, p->rate);
     if (!(motion->scene->friction > 0.0)) return;
     const double spin = spin_at_end(s).hi;
     if (fabs(spin) > negligible_spin(motion)) {
@@ -319,7 +316,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     if (part < INFINITY) {
         const double value = slides ? 0.0 : first <= second ? -1.0 : 1.0;
         end_step_at(s, kernel, deep, refine_limit(s, n, value, part * span));
-        set_support(p, motion);
+        kr_support_place(s, motion, p->rate);
         if (slides) {
             p->before_hold = p->sliding;
             remove_spin(s);
@@ -353,7 +350,7 @@ static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
     if (!(size > 1.0) || !(size < INFINITY)) return;
     frexp(size, &exponent);
     kr_taylor_set_rate(p, motion, ldexp(p->rate, exponent));
-    set_support(p, motion);
+    kr_support_place(p->series, motion, p->rate);
 }
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 {
@@ -383,7 +380,7 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     s[1].t = s[1].end;
     s[1].end = 0.0;
     kernel->advance(s, p->log2_tol, forward);
-    set_support(p, motion);
+    kr_support_place(s, motion, p->rate);
     if (rubs) end_step_by_friction(p, motion, kernel);
     return KR_OK;
 }

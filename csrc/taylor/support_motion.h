@@ -5,10 +5,11 @@
 #include "model/scene.h"
 #include "taylor.h"
 
-/* Returns 1 if the series of a scene needs the terms of support.h. */
+/* Returns 1 if the series of a scene needs the terms of support.h. A motion without a scene does
+ * not. */
 static inline int kr_support_moves(const kr_scene *scene)
 {
-    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene);
+    return scene && (scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene));
 }
 /* Returns the largest rate of the support's motion, of the friction, and of the angular velocity
  * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms
@@ -17,6 +18,15 @@ static inline int kr_support_moves(const kr_scene *scene)
 double kr_support_rate(const kr_motion *motion, kr_vec3 W);
 /* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
+/* Returns the lever to which G refers, in the units of the motion. Writes the parts of G: the
+ * constant part, and the factor of the cosine. */
+vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
+/* Writes the cosine and the sine of the shaking at the time `end` + `low`, in units of 1 / rate. */
+void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
+                      dd *sine);
+/* Sets the position of the support at the end of the last step of a series, where the next step
+ * begins. */
+void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the steps by the rates of the support. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Finds out whether the top slides or is held by friction at the start. */

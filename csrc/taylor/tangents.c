@@ -2,7 +2,8 @@
  * values within a step. If the last terms of their series are too large at the end of a step, the
  * tangents are propagated over the step in several parts. Each part has its own expansion of the
  * path, so the path itself never changes. */
-#include "tangents.h"
+#include "support_motion.h"
+#include "support_tangents.h"
 
 /* Limits on the number of parts of a step, and on the number of attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
@@ -18,7 +19,8 @@ typedef struct {
     double from, to; /* start and end of the last step */
     double part;     /* number of the part whose series are in memory, from 1 */
     double until;    /* end of this part */
-    double unused[3];
+    double moving;   /* nonzero if the terms of support_deviation.h are needed */
+    double unused[2];
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
 
@@ -32,26 +34,28 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
 /* Returns the number of batches, which precede the single deviations in memory. A deviation has
- * bitwise equal results in a batch and by itself, so a small build has no batches. */
-static size_t count_batches(size_t n)
+ * bitwise equal results in a batch and by itself, so a small build has no batches. Neither have tops
+ * on moving supports. */
+static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
-    (void)n;
+    (void)memory, (void)n;
     return 0;
 #else
+    if (memory && tangent_work_of(memory)->moving != 0.0) return 0;
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
 /* Returns the number of single deviations. */
-static size_t count_single(size_t n)
+static size_t count_single(double *memory, size_t n)
 {
-    const size_t batched = KR_DEVIATION_BATCH * count_batches(n);
+    const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     return n > batched ? n - batched : 0;
 }
 /* Returns the number of structs that hold n deviations. */
-static size_t count_structs(size_t n)
+static size_t count_structs(double *memory, size_t n)
 {
-    return KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + count_single(n);
+    return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
 /* Address of a deviation: its struct (from), and in a batch its lane and the distance between two
@@ -63,9 +67,9 @@ typedef struct {
 /* Returns the address of deviation i. */
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
-    const size_t batched = KR_DEVIATION_BATCH * count_batches(n);
+    const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     if (i >= batched) {
-        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + (i - batched);
+        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + (i - batched);
         const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
         return by_itself;
     }
@@ -95,8 +99,8 @@ static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion
 
 static size_t count_doubles(int digits, size_t n)
 {
-    return (sizeof(tangent_work) + count_structs(n) * words_of(digits) * sizeof(kr_tangent)) /
-           sizeof(double);
+    const size_t structs = count_structs(NULL, n), most = structs > n ? structs : n;
+    return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
 /* Writes the high word of a number, and the low word if the motion has low words. */
@@ -185,6 +189,13 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     kr_tangent *g = at->from;
     for (int k = 0; k < 6; k++) F[k] = seed->damping[k] / rate;
     put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
+    put_components(motion, at, g->rotor_of, 0, scale_exactly(1.0 / rate, seed->rotor));
+    g->rotor_changes = fmax(g->rotor_changes, v_largest(vdd_high(seed->rotor)));
+    if (at->apart == 0) {
+        put_four(motion, g->pull, scale_exactly(1.0 / (rate * rate), seed->pull));
+        v_put(g->turning_of + 1, seed->turning);
+        g->timing = seed->timing;
+    }
     if (at->apart > 0)
         for (size_t k = 0; k < 6; k++) {
             *component_address(at, g->moment, k) = B[k];
@@ -203,6 +214,13 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
+/* Returns 1 if the support moves, or if a deviation is due to its motion. */
+static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
+{
+    for (size_t i = 0; i < n; i++)
+        if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
+    return kr_support_moves(motion->scene);
+}
 /* Starts n deviations at the end of the path's last step. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
@@ -210,8 +228,9 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     const quat_dd to_body = qdd_conj(path_attitude(motion));
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
     ((kr_taylor *)motion->work)->has_tangents = 1.0;
+    tangent_work_of(memory)->moving = needs_support_terms(motion, n, seeds);
     tangent_work_of(memory)->from = tangent_work_of(memory)->to = series_work(motion)->series->end;
-    for (size_t i = 0; i < count_structs(n); i++)
+    for (size_t i = 0; i < count_structs(memory, n); i++)
         set_tangent_constants(tangent(motion, memory, i), motion);
     for (size_t i = 0; i < n; i++) {
         const deviation_address to = address_of(motion, memory, n, i);
@@ -222,7 +241,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
             motion, &to, to.from->end, 3,
             scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
     }
-    for (size_t i = 0; i < count_structs(n) * words; i++) {
+    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = series_work(motion)->series[i % words].end;
         memcpy(g->x[0], g->end, sizeof g->end);
@@ -249,7 +268,7 @@ static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
     const double *to = &tangent_work_of(memory)->path->at;
     const double power = pow(*to - tangent(motion, memory, 0)->t, order);
     double worst = 0.0;
-    for (size_t i = 0; i < count_structs(n); i++) {
+    for (size_t i = 0; i < count_structs(memory, n); i++) {
         kr_tangent *g = tangent(motion, memory, i);
         tangent_kernel(motion)->sum(g, order, to, g->part_end);
     }
@@ -269,10 +288,16 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     const kr_series *path = tangent_work_of(memory)->path;
     kr_tangent *first = tangent(motion, memory, 0),
                *rest_of_them =
-                   tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(n));
-    if (count_batches(n) > 0)
-        kernel->expand_batches(path, first, count_batches(n), order_of(motion));
-    if (count_single(n) > 0) kernel->expand(path, rest_of_them, count_single(n), order_of(motion));
+                   tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n));
+    if (tangent_work_of(memory)->moving != 0.0) {
+        kr_support_expand_tangents(motion, series_work(motion)->rate, path, first, n,
+                                   order_of(motion));
+        return;
+    }
+    if (count_batches(memory, n) > 0)
+        kernel->expand_batches(path, first, count_batches(memory, n), order_of(motion));
+    if (count_single(memory, n) > 0)
+        kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
 }
 /* Expands the path about the time `at` and restarts the tangents there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
@@ -286,8 +311,9 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
         part[word].end = part[word].at;
     }
+    if (part->linear > 2.0) kr_support_place(part, motion, series_work(motion)->rate);
     kernel->advance(part, series_work(motion)->log2_tol, 1.0);
-    for (size_t i = 0; i < count_structs(n) * words; i++) {
+    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = part[i % words].t;
         memcpy(g->x[0], g->part_end, sizeof g->part_end);
@@ -337,7 +363,7 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
 {
     const size_t words = words_of(motion->digits);
     tangent_work *c = tangent_work_of(memory);
-    for (size_t i = 0; i < count_structs(n) * words; i++) {
+    for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = i % words ? 0.0 : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
@@ -375,7 +401,7 @@ static double propagate_over_parts(const kr_motion *motion, double *memory, size
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
-    const size_t all = count_structs(n) * words_of(motion->digits);
+    const size_t all = count_structs(memory, n) * words_of(motion->digits);
     tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
@@ -407,12 +433,12 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
     const tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
     if (s->at == c->to && (words == 1 || s[1].at == 0.0)) {
-        for (size_t i = 0; i < count_structs(n) * words; i++)
+        for (size_t i = 0; i < count_structs(memory, n) * words; i++)
             memcpy(first[i].at, first[i].end, sizeof first->end);
         return;
     }
     find_part(motion, memory, n, s->at);
-    for (size_t i = 0; i < count_structs(n); i++)
+    for (size_t i = 0; i < count_structs(memory, n); i++)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }

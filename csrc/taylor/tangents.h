@@ -2,10 +2,11 @@
  * taylor/. A deviation of the state, or its derivative with respect to a parameter, has two parts,
  * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
  * the change N of the angular momentum m:
- *     theta' = 1/A ((AW + h) x theta + N - B W) + theta x W
+ *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
- * in the notation of taylor.h, with B, b and F the derivatives of the moments A, of c and of the
- * damping D with respect to the parameter. B and F are symmetric matrices. The equations are linear
+ * in the notation of taylor.h, with B, b, F and y the derivatives of the moments A, of c, of the
+ * damping D and of the rotor h with respect to the parameter. Moving supports add terms
+ * (support_deviation.h). B and F are symmetric matrices. The equations are linear
  * in theta and N, hence 18 products of coefficients per term. The changes of the energy and of <m,
  * e3> are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
@@ -35,7 +36,12 @@ typedef struct kr_tangent {
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
     double drag_changes, gyrostat;  /* nonzero if F is not zero; nonzero if h is not zero */
     double truncation;              /* largest relative size of a last term so far */
-    double unused[118];
+    double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
+    double rotor_changes;           /* nonzero if y is not zero */
+    /* For support_deviation.h, of single deviations: the derivatives of the lever per acceleration,
+     * (0, b), and of the support's turning in space; a kr_timing, which tells k. */
+    double pull[4], turning_of[4], timing;
+    double unused[100];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

@@ -184,6 +184,7 @@ static void reset_to_begin(kr_series s[2])
         memset(s[i].w[1], 0, sizeof s->w - sizeof s->w[0]);
     }
     s->end = s->t;
+    s[1].end = s[1].t;
 }
 
 /* Starts the series at a state. */
@@ -207,6 +208,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     set_vector_words(high->w[0], low->w[0], scale_by_power(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
+    low->t = low->end = 0.0;
     reset_to_begin(p->series);
     if (high->linear > 2.0) kr_support_start(motion);
 }

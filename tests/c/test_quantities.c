@@ -284,9 +284,12 @@ static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, dou
                           double out[])
 {
     double *const numbers[] = {
-        &s.start.m.x,      &s.start.m.y,  &s.start.m.z,  &s.body.inertia.x, &s.body.inertia.y,
-        &s.body.inertia.z, &s.body.com.x, &s.body.com.y, &s.body.com.z,     &s.gravity,
-        &s.body.mass,      &s.damping.x,  &s.damping.y,  &s.damping.z};
+        &s.start.m.x,         &s.start.m.y,      &s.start.m.z,    &s.body.inertia.x,
+        &s.body.inertia.y,    &s.body.inertia.z, &s.body.com.x,   &s.body.com.y,
+        &s.body.com.z,        &s.gravity,        &s.body.mass,    &s.damping.x,
+        &s.damping.y,         &s.damping.z,      &s.body.rotor.x, &s.body.rotor.y,
+        &s.body.rotor.z,      &s.turning.x,      &s.turning.y,    &s.turning.z,
+        &s.shaking.amplitude, &s.shaking.rate,   &s.shaking.phase};
     if (k < 3)
         s.start.q = q_mul(s.start.q, about(v3(k == 0, k == 1, k == 2), by));
     else
@@ -297,25 +300,25 @@ static void values_beside(const kr_quantity *quantity, kr_scene s, size_t k, dou
  * the unit matrix, and zero for parameters. */
 static void test_derivatives(const kr_scene *s)
 {
-    const uint64_t by = 2 * KR_TANGENT_DAMPING - 1;
+    const uint64_t by = (2 * KR_TANGENT_SHAKING - 1) & ~(uint64_t)KR_TANGENT_GROWTH;
+    enum { COLUMNS = KR_TANGENT_COLUMNS_MAX - 1 }; /* none by friction */
     const double step = 0x1p-18;
-    double start[6][KR_TANGENT_COLUMNS_MAX] = {{0.0}}, ahead[9], behind[9],
-           out[KR_QUANTITY_DOUBLES_MAX * KR_TANGENT_COLUMNS_MAX];
+    double start[6][COLUMNS] = {{0.0}}, ahead[9], behind[9], out[KR_QUANTITY_DOUBLES_MAX * COLUMNS];
     for (int i = 0; i < 6; i++) start[i][i] = 1.0;
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
         kr_quantity_tangents(quantity, s, 1, &s->start, by, start[0], out);
         if (quantity == kr_quantity_find("q")) {
-            for (size_t k = 0; k < 3 * KR_TANGENT_COLUMNS_MAX; k++)
-                NEAR(out[k], start[k / KR_TANGENT_COLUMNS_MAX][k % KR_TANGENT_COLUMNS_MAX], 1e-15);
+            for (size_t k = 0; k < 3 * COLUMNS; k++)
+                NEAR(out[k], start[k / COLUMNS][k % COLUMNS], 1e-15);
             continue;
         }
-        for (size_t k = 0; k < KR_TANGENT_COLUMNS_MAX; k++) {
+        for (size_t k = 0; k < COLUMNS; k++) {
             values_beside(quantity, *s, k, step, ahead);
             values_beside(quantity, *s, k, -step, behind);
             for (size_t j = 0; j < kr_quantity_doubles(quantity); j++) {
                 const double told = (ahead[j] - behind[j]) / (2.0 * step),
-                             own = out[j * KR_TANGENT_COLUMNS_MAX + k];
+                             own = out[j * COLUMNS + k];
                 IS(isnan(told) == isnan(own));
                 if (!isnan(own)) NEAR(told, own, 1e-7 * (1.0 + fabs(own)));
             }
@@ -338,6 +341,12 @@ int main(void)
     for (int i = 0; i < 50; i++) {
         kr_scene s = random_scene();
         s.damping = v3(uniform(0.1, 0.5), uniform(0.1, 0.5), uniform(0.1, 0.5));
+        test_derivatives(&s);
+        s.body.rotor = v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+        s.turning = v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+        test_derivatives(&s);
+        s.shaking = (kr_shaking){uniform(0.1, 0.2), uniform(1, 2), uniform(-3, 3)};
+        s.start.t = uniform(0, 1);
         test_derivatives(&s);
     }
     return check_result();

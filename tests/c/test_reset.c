@@ -93,8 +93,8 @@ static kr_scene another_scene(const kr_scene *s, const kr_method *method)
 static void test_tangents_of_a_new_scene(kr_config config)
 {
     const kr_scene s = scene_for(taylor());
-    double got[6 * KR_TANGENT_COLUMNS_MAX], want[6 * KR_TANGENT_COLUMNS_MAX];
-    config.tangents = 2 * KR_TANGENT_DAMPING - 1;
+    double got[6 * KR_TANGENT_COLUMNS_MAX] = {0.0}, want[6 * KR_TANGENT_COLUMNS_MAX] = {0.0};
+    config.tangents = 63 | KR_TANGENT_ROTOR;
     kr_top *top = make(&s, taylor(), config);
     for (int i = 0; i < STARTS; i++) {
         const kr_scene other = another_scene(&s, taylor());

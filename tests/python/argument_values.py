@@ -14,7 +14,8 @@ TOP = kr.scenes.asymmetric
 DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
 MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), unphysical=True)
 PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
-SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
+MOVED = GENERAL.replace(turning=(0.1, 0.2, 0.3), shaking=(0.1, 5.0, 0.3), friction=0.1)
+SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, MOVED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
 BODIES = [
     kr.Bodies.symmetric(1, i1=[2, 3], i3=1, height=0.5),
     kr.Bodies.cuboid(half=[[(1, 1, 1)], [(1, 2, 3)]], pivot=(0.1, 0.2, 0)),
@@ -104,6 +105,9 @@ RIGHT = {
     "keep": ["momentum", "velocity"],
     "damping": [0.1, (0.1, 0.2, 0.3)],
     "rotor": [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)],
+    "turning": [(0.0, 0.0, 0.5), (0.1, -0.2, 0.3)],
+    "shaking": [(0.1, 5.0, 0.3), (0.0, 0.0, 0.0)],
+    "friction": [0.1, 0],
     "axis": [(0.0, 0.0, 1.0), (1.0, -2.0, 0.5)],
     "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
     "scene": SCENES,
@@ -177,7 +181,10 @@ RIGHT = {
 }
 WORDS = {  # the keywords that a function accepts as **words
     "more": ["direction", "where", "max_count", "terminal"],
-    "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
+    "changes": [
+        *["body", "momentum", "attitude", "gravity", "velocity", "damping"],
+        *["turning", "shaking", "friction"],
+    ],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
 WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]

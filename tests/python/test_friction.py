@@ -10,11 +10,9 @@ from moving_tops import (
     check_members,
     check_resumed,
     compare_methods,
-    compare_tangents,
     integral_of,
     integrate_with_stops,
     make_scene,
-    unit_changes,
 )
 
 FRICTION = 0.05
@@ -105,7 +103,7 @@ def test_runs_are_resumed_across_a_stop():
     run = kr.start(top)
     run.to([2.0 * stop])
     run.push((0.0, 0.0, 2.0))
-    assert abs(run.to([2.0 * stop]).spin[-1]) > 0.1
+    assert abs(run.to([2.0 * stop]).spin[-1]) > 0.05
     assert abs(run.to([10.0 * stop]).spin[-1]) < 1e-14
 
 
@@ -118,15 +116,6 @@ def test_members_of_an_ensemble_equal_single_tops():
     found = kr.solve(tops, [0.0, 5.0], events=[kr.events.stopped()])
     assert not found.status.any()
     assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "friction=0.05" in repr(HEAVY)
-
-
-@pytest.mark.parametrize("digits", [16, 30])
-def test_tangents_agree_with_differences(digits):
-    scene = make_scene("tensor", friction=FRICTION, damping=(0.1, 0.2, 0.3))
-    compare_tangents(scene, 1.0, unit_changes(scene, "friction"), digits)
-    top = SPUN.replace(friction=1.0)  # it stops on the way
-    compare_tangents(top, 5.0, unit_changes(top, "friction"), digits)
-    compare_tangents(top, 5.0, unit_changes(top, "gravity"), digits)
 
 
 @pytest.mark.parametrize("friction", [math.nan, math.inf, -0.1, "x", (1, 2, 3)])
@@ -156,6 +145,10 @@ def test_whatever_does_not_know_friction_says_so():
         lambda: kr.frequencies(path),
         lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1),
         lambda: kr.fit(HEAVY, kr.Record(path.t, {"q": path.q}, 0.1)),
+        lambda: kr.solve(HEAVY, 1.0, tangents="start"),
+        lambda: kr.solve(make_scene("general"), 1.0, tangents="friction"),
+        lambda: kr.solve(HEAVY, 1.0, "geometric", error=1e-3),
+        lambda: kr.solve(HEAVY, 1.0, digits=30).error,
     ):
         with pytest.raises(ValueError, match="friction"):
             refused()

@@ -3,7 +3,7 @@ How does a spinning wheel find north?
 =====================================
 
 A gyrocompass is a wheel with a horizontal axle, in a housing whose centre of mass is below its
-pivot. The Earth turns under it. Its weight and its spin then force the axle towards the meridian, and
+pivot. The Earth turns under it. Weight and spin together drive the axle towards the meridian, and
 drag lets it come to rest there.
 """
 
@@ -11,10 +11,9 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 
-EARTH = 7.292e-5  # angular velocity of the Earth [1/s]
 latitude = np.radians(52.5)  # Berlin
 east, north, up = np.eye(3)
-turning = EARTH * (np.cos(latitude) * north + np.sin(latitude) * up)
+turning = 7.292e-5 * (np.cos(latitude) * north + np.sin(latitude) * up)  # of the Earth [1/s]
 
 # %%
 # The housing has its centre of mass 1 cm below the pivot. A motor keeps the momentum of the wheel
@@ -22,27 +21,34 @@ turning = EARTH * (np.cos(latitude) * north + np.sin(latitude) * up)
 
 housing = kr.Body(1.0, (0.010, 0.012, 0.012), (0, 0, -0.01))
 compass = housing.with_rotor(spin=500, inertia=1e-4, axis=(1, 0, 0))
-scene = kr.Scene(
-    compass, velocity=(0, 0, 0), gravity=9.81, damping=1e-4, turning=turning
-)
-path = kr.solve(scene, np.linspace(0, 4000, 8000))
-axle = path.frame[:, 0]  # the first principal axis, along the wheel's axle
+scene = kr.Scene(compass, velocity=(0, 0, 0), gravity=9.81, damping=3e-4, turning=turning)
+path = kr.solve(scene, np.linspace(0, 3000, 6000))
+axle = path.frame[:, 0]  # the principal axis along the axle
 heading = np.degrees(np.arctan2(axle @ east, axle @ north))
 
 figure, axes = plt.subplots(figsize=(7.6, 3.2), layout="constrained")
 axes.plot(path.t / 60, heading)
 axes.axhline(0, color="tab:gray", linestyle="--")
 axes.set(xlabel="time [minutes]", ylabel="axle, from north [degrees]")
-print(f"after {path.t[-1] / 60:.0f} minutes: {heading[-1]:+.3f} degrees from north")
+print(f"after {path.t[-1] / 60:.0f} minutes: {heading[-1]:+.4f} degrees from north")
 
 # %%
-# Without drag the axle swings about the meridian. The theory of small swings gives the period
-# :math:`2\pi\sqrt{h / (M g l\,\omega \cos\varphi)}`:
+# Small swings about the meridian have the period
+# :math:`2\pi\sqrt{(I + h^2 / (M g l)) / (h\,\Omega \cos\varphi)}`, where :math:`h` is the momentum
+# of the wheel and :math:`I` the moment about the vertical. Without drag the axle swings on:
 
-momentum, weight = compass.rotor[0], 9.81 * 0.01
-period = 2 * np.pi * np.sqrt(momentum / (weight * EARTH * np.cos(latitude)))
-near = scene.replace(
-    damping=0, attitude=(np.cos(np.radians(85) / 2), 0, 0, np.sin(np.radians(85) / 2))
+momentum = compass.rotor[0]
+stiff = compass.moments[2] + momentum**2 / (9.81 * 0.01)
+period = 2 * np.pi * np.sqrt(stiff / (momentum * (turning @ north)))
+half = np.radians(85) / 2  # five degrees from north
+near = kr.Scene(
+    compass,
+    attitude=(np.cos(half), 0, 0, np.sin(half)),
+    velocity=(0, 0, 0),
+    gravity=9.81,
+    turning=turning,
 )
-near = near.replace(velocity=(0, 0, 0))
-crossings = kr.solve(near, 3 * period, "taylor", events=kr.events.plane(east, of="m")).events
+swing = kr.solve(near, np.linspace(0, 4 * period, 4001))
+offset = swing.frame[:, 0] @ east
+crossings = swing.t[1:][np.diff(np.sign(offset)) > 0]
+print(f"period {np.diff(crossings).mean():.1f} s, of small swings {period:.1f} s")

@@ -1,6 +1,6 @@
 r"""
-When does a top stop?
-=====================
+When does a wheel stop?
+=======================
 
 Air drag alone never stops a spin, because it vanishes with the spin. The dry friction of a bearing
 does not: it stops the wheel at a certain time.
@@ -16,15 +16,14 @@ drag, friction = 2e-7, 1e-5  # [kg m^2 / s], [kg m^2 / s^2]
 bearings = {
     "drag": {"damping": drag},
     "friction": {"friction": friction},
-    "both": {"damping": drag, "friction": friction},
+    "drag and friction": {"damping": drag, "friction": friction},
 }
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 5), layout="constrained")
 for name, words in bearings.items():
     scene = hanging.replace(**words)
-    stop = kr.solve(scene, 2000, events=kr.events.stopped(terminal=True))
-    said = f"stops after {stop.t[-1]:.6f} s" if len(stop.events.t) else "still turns after 2000 s"
-    print(f"{name}: {said}")
-    path = kr.solve(scene, np.linspace(0, 1600, 4000))
+    end = kr.solve(scene, 3000, events=kr.events.stopped(terminal=True))
+    print(f"{name}: {'stops after' if end.events.t.size else 'still turns after'} {end.t[-1]:.6f} s")
+    path = kr.solve(scene, np.linspace(0, 1600, 3000), want=("spin", "nutation"))
     above.plot(path.t, path.spin, label=name)
     below.plot(path.t, np.degrees(path.nutation), linewidth=0.7)
 above.legend()
@@ -32,10 +31,13 @@ above.set_ylabel("spin [rad/s]")
 below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
-# About the axis only drag and friction act, :math:`I_3 \dot\omega_3 = - d\,\omega_3 - f`. The times
-# in closed form are :math:`I_3\,\omega_3 / f` and
-# :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
+# About the axis only drag and friction act, :math:`I_3 \dot\omega_3 = - d\,\omega_3 - f`. This gives
+# the times :math:`I_3\,\omega_3 / f` and :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
 
-moment = max(wheel.moments, key=wheel.moments.count) if False else wheel.moments[2]
+moment = wheel.moments[2]
 print(f"friction: {moment * 300 / friction:.6f} s")
-print(f"both: {moment / drag * np.log1p(drag * 300 / friction):.6f} s")
+print(f"drag and friction: {moment / drag * np.log1p(drag * 300 / friction):.6f} s")
+
+# %%
+# Friction acts about the axis only, so it does not stop the swing of the wheel. A wheel without spin
+# is a spherical pendulum.

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._model.environment import refuse_disturbances
 from .._model.scene import Scene
 from .._results.path import Path
 from .._solve.exact import exact
@@ -80,10 +81,13 @@ class Apex:
         NaN.
 
         Raises ValueError for a body that is not a Lagrange top, because its nutation is not
-        periodic in general. Also raises ValueError if the path has no complete nutation, or if its
-        states are farther apart than a quarter of a nutation.
+        periodic in general, and for a support that moves. Also raises ValueError if the path has no
+        complete nutation, or if its states are farther apart than a quarter of a nutation.
         """
         body = self.scene.body
+        refuse_disturbances(
+            self.scene, "nutations are not defined for tops", ("damping", "friction")
+        )
         if body.kind != "lagrange":
             raise ValueError(
                 "nutation and precession are defined for Lagrange tops, not for a body of kind "
@@ -118,7 +122,7 @@ class Apex:
 
     def _check_sampling(self) -> None:
         """Raise ValueError if the states are too far apart to resolve the turning points."""
-        top = exact(self.scene.replace(damping=None, turning=None, shaking=None, friction=None))
+        top = exact(self.scene.replace(damping=None, friction=None))
         period, apart = (
             2.0 * abs(top.t_least - top.t_greatest),
             float(np.abs(np.diff(self.t)).max()),

@@ -36,7 +36,7 @@ def parse_fast(
     ((name, value),) = given.items()
     made = scene(body._block, value, attitude, *environment)
     if isinstance(made, tuple) and name != "momentum":
-        v, q, *around, _ = made
+        v, q, around = made[0], made[1], made[2:7]
         made = scene(body._block, _momentum(body, name, q, v, around[2]), q, *around)
     return made if isinstance(made, tuple) else None
 

@@ -95,6 +95,8 @@ class EnsembleOptions:
     def options_for(self, scene: Scene) -> SolveOptions:
         """Return the options for one top of the ensemble."""
         one, requested = self.solve, self.solve.requested_method
+        if any(scene.turning):
+            one = one.keep_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)

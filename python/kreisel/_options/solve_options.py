@@ -29,7 +29,8 @@ class SolveOptions:
     `step`, `tol` or `digits` is None if the method has no such parameter, or chooses its value.
     `error` is the error allowed with method='geometric'; `method` is then a placeholder. `events`
     are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` names the
-    parameters by which the state is differentiated.
+    parameters by which the state is differentiated. `keeps_heading` is True for a turning support,
+    whose motion depends on the heading.
     """
 
     method: Method
@@ -43,6 +44,7 @@ class SolveOptions:
     error: float | None = None
     events: tuple[Any, ...] | None = None
     tangents: tuple[str, ...] = ()
+    keeps_heading: bool = False
 
     @property
     def has_events(self) -> bool:
@@ -69,7 +71,8 @@ class SolveOptions:
         """The arguments of the core: name, step, tol, digits, max_steps and leave_heading."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_low_words or self.has_events
-        leave_heading = level and self.method.skips_heading and not precise
+        can_leave = self.method.skips_heading and not self.keeps_heading
+        leave_heading = level and can_leave and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 
@@ -84,6 +87,10 @@ class SolveOptions:
     def can_skip_heading(self) -> bool:
         """True if the core omits the heading, because no requested quantity depends on it."""
         return self.core[-1]
+
+    def keep_heading(self) -> SolveOptions:
+        """Return options by which the heading is computed, as a turning support requires."""
+        return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
     def safe_horizon(self) -> float:
@@ -133,7 +140,8 @@ def parse_options(
     if is_open and t is not None and has_torus(top) and prefers_closed_form(top, t):
         chosen = methods[EXACT]
     name = method if requested is None else requested
-    return make_options(chosen, step, tol, digits, max_steps, name, want, every)
+    options = make_options(chosen, step, tol, digits, max_steps, name, want, every)
+    return options.keep_heading() if any(top.turning) else options
 
 
 def options_for_method(

@@ -20,6 +20,7 @@ import numpy as np
 
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
+from .._model.environment import refuse_disturbances
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, has_torus, methods
 from .._options.solve_options import Progress, SolveOptions
@@ -153,6 +154,8 @@ def rounding_growth(
             continue
         back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
         _, top = start(scene._block, *series.core, back, [], columns, begin=origin.begin)
+        if top is None:
+            refuse_disturbances(scene, "the growth of rounding errors is not known for tops")
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
         # Every `each`-th time, counted back from the last time, which is thus included.

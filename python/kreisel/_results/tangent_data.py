@@ -11,7 +11,8 @@ from .._model.scene import Scene
 from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
-_ALL = "solve with tangents=" + repr(tuple(TANGENTS))
+# There are no tangents by the friction.
+_ALL = "solve with tangents=" + repr(tuple(name for name in TANGENTS if name != "friction"))
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",

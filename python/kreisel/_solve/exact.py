@@ -50,6 +50,7 @@ from .exact_ensemble import (
     from_list,
     no_closed_form_error,
     parse_time_list,
+    refuse_turning,
 )
 from .torus_actions import compute_action
 from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
@@ -412,13 +413,15 @@ def exact(
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError, with the reason, for a scene without closed form.
+    Raises ValueError, with the reason, for a scene without closed form, and for a support that
+    turns about e3. Then solve(scene, t, "exact") has the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return from_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
         return from_ensemble(scene)
     top = check_type("scene", scene, Scene)
+    refuse_turning(top)
     if map is not None:
         return _exact_map(top, map, step)
     if step is not None:

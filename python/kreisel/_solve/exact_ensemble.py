@@ -267,6 +267,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     Raises ValueError if a scene has no closed form; the message contains the index of the first
     such scene.
     """
+    refuse_turning(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
@@ -275,6 +276,19 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     forms = ExactEnsemble(tops, word)
     _ = forms._heads  # many motions of these tops are refused, so they are checked at once
     return forms
+
+
+def refuse_turning(tops: Scene | Ensemble) -> None:
+    """Raise ValueError for a support that turns about e3.
+
+    The closed form of its states exists, but turning points and rates are those seen from rest.
+    """
+    turning = np.asarray(tops.turning)
+    if turning.any() and not turning[..., :2].any():
+        raise ValueError(
+            "kreisel.exact does not support turning supports: solve with method='exact' has the "
+            "states for a support that turns about e3"
+        )
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:

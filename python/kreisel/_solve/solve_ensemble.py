@@ -34,6 +34,7 @@ from .variational import (
     TangentSpec,
     check_computes_tangents,
     parse_tangents,
+    refuse_tangents_of_friction,
     reject_with_tangents,
 )
 
@@ -189,6 +190,7 @@ def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> 
     chosen = FALLBACK if method == "auto" else method
     options = parse_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
     check_computes_tangents(options.solve.method)
+    refuse_tangents_of_friction(tops, names)
     return replace(options, solve=replace(options.solve, requested_method=method, tangents=names))
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, values
+from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions, member
 from .._options.methods import methods
@@ -85,6 +86,7 @@ class StepSearch:
         max_steps: int,
         progress: Listener,
     ) -> None:
+        refuse_disturbances(scene, "method='geometric' does not support tops")
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])

@@ -6,9 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
-from .._model.scene import Scene
+from .._model.scene import Ensemble, Scene
 from .._options.methods import FALLBACK, Method
 from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
 from .._options.times import check_horizon, time_array
@@ -28,7 +30,6 @@ TangentName = Literal[
     "rotor",
     "turning",
     "shaking",
-    "friction",
 ]
 TangentSpec = TangentName | Iterable[TangentName]
 
@@ -91,8 +92,17 @@ def parse_tangent_options(
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
     check_computes_tangents(options.method)
+    refuse_tangents_of_friction(top, names)
     parse_every(options.method, every)
     return replace(options, tangents=names)
+
+
+def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
+    """Raise ValueError for tops with friction, and for tangents by the friction."""
+    if np.any(tops.friction):
+        raise ValueError("tangents do not support tops with friction: its stop has no derivatives")
+    if "friction" in names:
+        raise ValueError("there are no tangents by the friction: its stop has no derivatives")
 
 
 def record_tangents(

@@ -1,0 +1,201 @@
+/* The recurrence of tangents.h for tops on a support that turns or shakes (support.h), and for
+ * derivatives by the motion of the support:
+ *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
+ *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
+ *          + (D U) x theta - D (theta' - theta x U) - F U
+ * with the derivatives y of the rotor, E of O, and b and k of the lever and of the acceleration.
+ * This source is included once for doubles and once for
+ * double-doubles, like slow_terms.h. */
+
+/* Coefficients of three components. */
+typedef struct NAME(series) {
+    number c[3][KR_TAYLOR_MAX + 1];
+} NAME(series);
+/* The path about the start of a part of a step. `body` is the support's turning seen from the body,
+ * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P. */
+typedef struct NAME(moving_path) {
+    NAME(series) velocity, relative, body, momentum, dragged, vertical, pulled;
+    number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
+    number A[3], D[3], lever[3];
+    number q[4];
+} NAME(moving_path);
+/* A deviation: theta, N and c x theta; and the terms of theta' and N' that do not depend on them. */
+typedef struct NAME(moving_deviation) {
+    NAME(series) turn, push, cross, turn_by, push_by;
+} NAME(moving_deviation);
+
+/* Returns component i of coefficient n of the cross product of two series. */
+static number NAME(cross)(const NAME(series) * a, const NAME(series) * b, int i, int n)
+{
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    number sum = of(0.0, 0.0);
+    for (int m = 0; m <= n; m++) {
+        sum = add(sum, mul(a->c[j][m], b->c[k][n - m]));
+        sum = minus(sum, mul(a->c[k][m], b->c[j][n - m]));
+    }
+    return sum;
+}
+/* Returns component i of the vector q* e q, for the unit vector e of space with the index `axis`. */
+static number NAME(seen_axis)(const number q[4], int axis, int i)
+{
+    const int same = axis == i, third = 3 - axis - i;
+    const number two = of(2.0, 0.0), both = mul(q[1 + axis], q[1 + i]);
+    if (same) {
+        const number w = mul(q[0], q[0]), own = mul(q[1 + i], q[1 + i]);
+        return minus(mul(two, add(w, own)), of(1.0, 0.0));
+    }
+    const number turned = mul(q[0], q[1 + third]);
+    return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
+}
+/* Continues a series that is fixed in space, seen from the body. */
+static void NAME(turn_series)(NAME(series) * a, const NAME(series) * relative, int n)
+{
+    const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
+    for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, NAME(cross)(a, relative, i, n));
+}
+/* Sets the coefficients n of W, U and the momentum, with h in the units of the series. */
+static void NAME(set_velocity)(NAME(moving_path) * p, const kr_series path[2], int n,
+                               const number h[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const number w = of(path[0].w[n][1 + i], WORD(path[1].w[n][1 + i])), own = mul(p->A[i], w),
+                     u = minus(w, p->body.c[i][n]);
+        p->velocity.c[i][n] = w;
+        p->relative.c[i][n] = u;
+        p->momentum.c[i][n] = n == 0 ? add(own, h[i]) : own;
+        p->dragged.c[i][n] = mul(p->D[i], u);
+        p->vertical.c[i][n] = of(path[0].x[n][5 + i], WORD(path[1].x[n][5 + i]));
+    }
+}
+/* Sets coefficient n of G P. */
+static void NAME(pull_vertical)(NAME(moving_path) * p, number base, number sway, int n)
+{
+    for (int i = 0; i < 3; i++) {
+        number sum = of(0.0, 0.0);
+        for (int j = 0; j <= n; j++) sum = add(sum, mul(p->cosine[j], p->vertical.c[i][n - j]));
+        p->pulled.c[i][n] = add(mul(base, p->vertical.c[i][n]), mul(sway, sum));
+    }
+}
+/* Expands the motion of the support along the path. */
+static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
+                            const support_data *data, int order)
+{
+    const number rate = of(data->rate.hi, data->rate.lo), base = of(data->base.hi, data->base.lo),
+                 sway = of(data->sway.hi, data->sway.lo);
+    number h[3];
+    for (int i = 0; i < 3; i++) {
+        p->A[i] = of(data->A[i], 0.0);
+        p->D[i] = of(data->D[i], 0.0);
+        p->lever[i] = of(data->lever[i].hi, data->lever[i].lo);
+        h[i] = of(data->h[i], 0.0);
+    }
+    for (int i = 0; i < 4; i++) p->q[i] = of(data->q[i].hi, data->q[i].lo);
+    for (int i = 0; i < 3; i++) {
+        p->body.c[i][0] = of(0.0, 0.0);
+        for (int axis = 0; axis < 3; axis++)
+            p->body.c[i][0] = add(
+                p->body.c[i][0], mul(of(data->turning[axis], 0.0), NAME(seen_axis)(p->q, axis, i)));
+    }
+    p->cosine[0] = of(data->cosine.hi, data->cosine.lo);
+    p->sine[0] = of(data->sine.hi, data->sine.lo);
+    for (int n = 0; n < order; n++) {
+        const number share = over(rate, of(n + 1, 0.0));
+        NAME(set_velocity)(p, path, n, h);
+        NAME(pull_vertical)(p, base, sway, n);
+        NAME(turn_series)(&p->body, &p->relative, n);
+        p->cosine[n + 1] = minus(of(0.0, 0.0), mul(share, p->sine[n]));
+        p->sine[n + 1] = mul(share, p->cosine[n]);
+    }
+}
+/* Adds coefficient n of k P x b, with k = sum of scale[0] + scale[1] cosine + scale[2] sine + scale[3] t
+ * sine. */
+static void NAME(add_pull)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
+                           const support_drive *drive, int n)
+{
+    number k[KR_TAYLOR_MAX + 1], b[3], scale[4], sum[3];
+    for (int i = 0; i < 4; i++) scale[i] = of(drive->scale[i].hi, drive->scale[i].lo);
+    for (int i = 0; i < 3; i++) b[i] = of(drive->pull[i].hi, drive->pull[i].lo);
+    for (int j = 0; j <= n; j++) {
+        k[j] = add(mul(scale[1], p->cosine[j]), mul(scale[2], p->sine[j]));
+        if (j == 0)
+            k[j] = add(k[j], scale[0]);
+        else
+            k[j] = add(k[j], mul(scale[3], p->sine[j - 1]));
+    }
+    for (int i = 0; i < 3; i++) {
+        sum[i] = of(0.0, 0.0);
+        for (int j = 0; j <= n; j++) sum[i] = add(sum[i], mul(k[j], p->vertical.c[i][n - j]));
+    }
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, m = (i + 2) % 3;
+        d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
+    }
+}
+/* Sets the terms of a deviation's equations that do not depend on the deviation. */
+static void NAME(set_drive)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
+                            const support_drive *drive, int order)
+{
+    NAME(series) turned;
+    const number per_rate = of(drive->per_rate, 0.0);
+    for (int i = 0; i < 3; i++) {
+        turned.c[i][0] = of(0.0, 0.0);
+        for (int axis = 0; axis < 3; axis++)
+            turned.c[i][0] = add(
+                turned.c[i][0], mul(of(drive->turning[axis], 0.0), NAME(seen_axis)(p->q, axis, i)));
+    }
+    for (int n = 0; n < order; n++) {
+        for (int i = 0; i < 3; i++) {
+            number moved = of(0.0, 0.0), dragged = of(0.0, 0.0);
+            for (int m = 0; m < 3; m++) {
+                moved = add(moved, mul(of(drive->moments[i][m], 0.0), p->velocity.c[m][n]));
+                dragged = add(dragged, mul(of(drive->drags[i][m], 0.0), p->relative.c[m][n]));
+            }
+            if (n == 0) moved = add(moved, of(drive->rotor[i].hi, drive->rotor[i].lo));
+            d->turn_by.c[i][n] =
+                minus(over(minus(of(0.0, 0.0), moved), p->A[i]), mul(per_rate, turned.c[i][n]));
+            d->push_by.c[i][n] = minus(minus(of(0.0, 0.0), dragged),
+                                       mul(per_rate, NAME(cross)(&turned, &p->momentum, i, n)));
+        }
+        if (drive->has_pull) NAME(add_pull)(p, d, drive, n);
+        NAME(turn_series)(&turned, &p->relative, n);
+    }
+}
+/* Sets coefficient n + 1 of a deviation. */
+static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviation) * d, int n)
+{
+    const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        d->cross.c[i][n] =
+            minus(mul(p->lever[j], d->turn.c[k][n]), mul(p->lever[k], d->turn.c[j][n]));
+    }
+    for (int i = 0; i < 3; i++) {
+        const number own = add(d->push.c[i][n], NAME(cross)(&p->momentum, &d->turn, i, n)),
+                     rate = add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
+                                NAME(cross)(&d->turn, &p->velocity, i, n)),
+                     slipped = minus(rate, NAME(cross)(&d->turn, &p->relative, i, n)),
+                     force = add(add(NAME(cross)(&d->push, &p->velocity, i, n), d->push_by.c[i][n]),
+                                 NAME(cross)(&d->cross, &p->pulled, i, n)),
+                     drag = minus(mul(p->D[i], slipped), NAME(cross)(&p->dragged, &d->turn, i, n));
+        d->turn.c[i][n + 1] = mul(share, rate);
+        d->push.c[i][n + 1] = mul(share, minus(force, drag));
+    }
+}
+/* Computes the coefficients of a deviation from coefficient 0. */
+static void NAME(expand_deviation)(const NAME(moving_path) * p, const support_drive *drive,
+                                   kr_tangent *g, int order)
+{
+    NAME(moving_deviation) d;
+    for (int i = 0; i < 3; i++) {
+        d.turn.c[i][0] = of(g[0].x[0][1 + i], WORD(g[1].x[0][1 + i]));
+        d.push.c[i][0] = of(g[0].x[0][5 + i], WORD(g[1].x[0][5 + i]));
+    }
+    NAME(set_drive)(p, &d, drive, order);
+    for (int n = 0; n < order; n++) {
+        NAME(next_deviation)(p, &d, n);
+        for (int i = 0; i < 3; i++) {
+            SET(g, x[n + 1][1 + i], d.turn.c[i][n + 1]);
+            SET(g, x[n + 1][5 + i], d.push.c[i][n + 1]);
+        }
+    }
+}

@@ -1,0 +1,152 @@
+/* Tangents of tops on moving supports: the terms of support_deviation.h. */
+#include <string.h>
+#include "series_words.h"
+#include "support_motion.h"
+#include "support_tangents.h"
+
+/* Numbers of the path: moments, damping, rotor, turning of the support (in the units of the
+ * series); the rate of shaking, the parts of G, and the lever to which G refers; the attitude, and
+ * the cosine and sine of the shaking. */
+typedef struct support_data {
+    double A[3], D[3], h[3], turning[3];
+    dd rate, base, sway, lever[3], q[4], cosine, sine;
+} support_data;
+/* Derivatives by the parameter of a deviation: B, F, y, that of the support's turning in space, and
+ * b and k (support_deviation.h). */
+typedef struct support_drive {
+    double moments[3][3], drags[3][3], turning[3], per_rate;
+    dd rotor[3], pull[3], scale[4];
+    int has_pull;
+} support_drive;
+
+#define number double
+#define NAME(x) plain_##x
+#define of(hi, lo) ((void)(lo), (double)(hi))
+#define WORD(x) 0.0
+#define SET(g, member, value) ((g)[0].member = (value))
+#define add(a, b) ((a) + (b))
+#define minus(a, b) ((a) - (b))
+#define mul(a, b) ((a) * (b))
+#define over(a, b) ((a) / (b))
+#include "support_deviation.h"
+#undef number
+#undef NAME
+#undef of
+#undef WORD
+#undef SET
+#undef add
+#undef minus
+#undef mul
+#undef over
+#define number dd
+#define NAME(x) deep_##x
+#define of(hi, lo) dd_make((double)(hi), (lo))
+#define WORD(x) (x)
+#define SET(g, member, value) ((g)[0].member = (value).hi, (g)[1].member = (value).lo)
+#define add dd_add
+#define minus dd_sub
+#define mul dd_mul
+#define over dd_div
+#include "support_deviation.h"
+
+static void put_three(dd to[3], vec_dd v)
+{
+    to[0] = v.x;
+    to[1] = v.y;
+    to[2] = v.z;
+}
+static vec_dd words_of_vector(const kr_tangent *g, const double *high, int deep)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
+    return v_dd(v_of(high + 1), deep ? v_of(low + 1) : none);
+}
+static support_data read_support(const kr_motion *motion, double rate, const kr_series path[2])
+{
+    const int deep = motion->digits > 16;
+    const double zero[8] = {0.0}, *x = path->x[0], *low = deep ? path[1].x[0] : zero;
+    const quat_dd q = qdd_unit(q_dd(q4(x[0], v_of(x + 1)), q4(low[0], v_of(low + 1))));
+    support_data data;
+    memset(&data, 0, sizeof data);
+    v_put(data.A, motion->inertia);
+    v_put(data.D, v_scale(1.0 / rate, motion->damping));
+    v_put(data.h, v_scale(1.0 / rate, motion->rotor));
+    v_put(data.turning, v_scale(motion->time_unit / rate, motion->scene->turning));
+    data.rate = dd_times(motion->time_unit / rate, dd_of(motion->scene->shaking.rate));
+    put_three(data.lever, scale_by_power(1.0 / (rate * rate),
+                                         kr_support_split(motion, &data.base, &data.sway)));
+    data.q[0] = q.w;
+    put_three(data.q + 1, q.v);
+    kr_support_phase(motion, rate, path->t, deep ? path[1].t : 0.0, &data.cosine, &data.sine);
+    return data;
+}
+/* Sets k, the derivative of the acceleration for a unit of the lever per acceleration b, or of the
+ * acceleration by a number of the shaking. */
+static void set_scale(const kr_motion *motion, double rate, double since, double timing,
+                      dd scale[4])
+{
+    const kr_shaking *shaking = &motion->scene->shaking;
+    const double unit = motion->time_unit / rate, t = motion->scene->start.t + unit * since;
+    const dd square = two_product(shaking->rate, shaking->rate),
+             most = dd_times(shaking->amplitude, square),
+             twice = two_product(2.0 * shaking->amplitude, shaking->rate);
+    switch ((int)timing) {
+    case KR_TIMING_STRENGTH:
+        scale[0] = dd_of(motion->scene->gravity);
+        scale[1] = kr_scene_shakes(motion->scene) ? dd_neg(most) : dd_of(0.0);
+        break;
+    case KR_TIMING_UNIFORM:
+        scale[0] = dd_of(1.0);
+        break;
+    case KR_TIMING_AMPLITUDE:
+        scale[1] = dd_neg(square);
+        break;
+    case KR_TIMING_RATE:
+        scale[1] = dd_neg(twice);
+        scale[2] = dd_times(t, most);
+        scale[3] = dd_times(unit, most);
+        break;
+    default:
+        scale[2] = most;
+        break;
+    }
+}
+static support_drive read_drive(const kr_motion *motion, double rate, double since,
+                                const kr_tangent *g)
+{
+    support_drive drive;
+    const int deep = motion->digits > 16;
+    memset(&drive, 0, sizeof drive);
+    for (int i = 0; i < 3; i++)
+        for (int row = 0; row < 3; row++) {
+            drive.moments[i][(i + row) % 3] = g->moments[row][1 + i];
+            drive.drags[i][(i + row) % 3] = g->drags[row][1 + i];
+        }
+    memcpy(drive.turning, g->turning_of + 1, sizeof drive.turning);
+    drive.per_rate = 1.0 / rate;
+    put_three(drive.rotor, words_of_vector(g, g->rotor_of, deep));
+    put_three(drive.pull, words_of_vector(g, g->pull, deep));
+    drive.has_pull = g->timing != 0.0;
+    if (drive.has_pull) set_scale(motion, rate, since, g->timing, drive.scale);
+    return drive;
+}
+void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
+                                kr_tangent *first, size_t n, int order)
+{
+    const support_data data = read_support(motion, rate, path);
+    const int deep = motion->digits > 16;
+    plain_moving_path plain;
+    deep_moving_path twice;
+    if (deep)
+        deep_read_path(&twice, path, &data, order);
+    else
+        plain_read_path(&plain, path, &data, order);
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = first + (deep ? 2 : 1) * i;
+        const support_drive drive = read_drive(motion, rate, path->t, g);
+        if (deep)
+            deep_expand_deviation(&twice, &drive, g, order);
+        else
+            plain_expand_deviation(&plain, &drive, g, order);
+    }
+}

@@ -1,0 +1,353 @@
+/* Supports that turn or shake, and dry friction: paths against mpmath, laws that need no
+ * integrator, refusals. */
+#include "kreisel.h"
+#include "math/dd.h"
+#include "event_helpers.h"
+#include "random.h"
+#include "support_truth.h"
+
+enum { TRUTHS = sizeof support_truth / sizeof *support_truth };
+static const kr_config back = {.step = -0.1};
+
+static kr_scene moved(int kind)
+{
+    kr_scene s = {
+        .body = {1.0, {1.25, 1.75, 2.25}, {0.125, -0.25, 0.5}, {1, 0, 0, 0}, 0, {0, 0, 0}},
+        .gravity = 1.0,
+        .start = {0.0, {0.5, 0.5, -0.5, 0.5}, {0.5, -0.25, 1.5}}};
+    if (kind & TURNING) s.turning = v3(0.5, -0.25, 0.75);
+    if (kind & SHAKING) s.shaking = (kr_shaking){0.25, 4.0, 0.5};
+    if (!(kind & OTHERS)) return s;
+    s.damping = v3(0.125, 0.25, 0.0625);
+    s.body.rotor = v3(0.25, -0.5, 0.375);
+    s.start.t = 0.25;
+    return s;
+}
+/* Returns a symmetric top with this moment about its axis, its other moments being 1.25. */
+static kr_scene symmetric_top(double i3, double gravity, double friction, kr_vec3 m)
+{
+    const kr_scene s = {
+        .body = {1.0, {1.25, 1.25, i3}, {0.0, 0.0, 0.5}, {1, 0, 0, 0}, 0, {0, 0, 0}},
+        .gravity = gravity,
+        .start = {0.0, {1.0, 0.0, 0.0, 0.0}, m},
+        .friction = friction};
+    return s;
+}
+static double error_of(const kr_state *s, const kr_state *low, const double high[7],
+                       const double rest[7])
+{
+    const double a[7] = {s->q.w, s->q.x, s->q.y, s->q.z, s->m.x, s->m.y, s->m.z},
+                 b[7] = {low->q.w, low->q.x, low->q.y, low->q.z, low->m.x, low->m.y, low->m.z};
+    double worst = 0.0;
+    for (int i = 0; i < 7; i++) worst = fmax(worst, fabs((a[i] - high[i]) + (b[i] - rest[i])));
+    return worst;
+}
+static void test_truth(int digits, double most)
+{
+    for (size_t i = 0; i < TRUTHS; i++) {
+        const kr_scene s = moved(support_truth[i].kind);
+        const double t = support_truth[i].t;
+        const kr_config config = {.digits = digits, .step = t < s.start.t ? -0.1 : 0.0};
+        kr_top *top = make(&s, taylor(), config);
+        IS(kr_top_advance(top, t) == KR_OK);
+        const kr_state at = kr_top_state(top), low = kr_top_low(top);
+        NEAR(error_of(&at, &low, support_truth[i].high, support_truth[i].low), 0.0, most);
+        kr_top_free(top);
+    }
+}
+/* Returns a state of the space at rest, seen from a support that turns and agreed at t = 0. */
+static kr_state seen_from(kr_vec3 turning, kr_state s)
+{
+    const kr_quat turn = q_exp(v_scale(-s.t, turning));
+    s.q = q_mul(turn, s.q);
+    s.m = q_turn(turn, s.m);
+    return s;
+}
+/* A free top, and every top on a support that turns about e3, moves as in the space at rest. All
+ * methods follow such supports. */
+static void test_space_at_rest(void)
+{
+    for (int heavy = 0; heavy < 2; heavy++) {
+        kr_scene s = moved(0);
+        s.gravity = heavy;
+        const kr_state rest = state_at(3.0, &s, taylor(), kr_config_default());
+        s.turning = v3(heavy ? 0.0 : 0.3, heavy ? 0.0 : -0.5, 0.75);
+        const kr_state seen = seen_from(s.turning, rest),
+                       own = state_at(3.0, &s, taylor(), kr_config_default());
+        NEAR(distance(own, seen), 0.0, 1e-14);
+    }
+    kr_scene s = symmetric_top(0.75, 1.0, 0.0, v3(0.5, -0.25, 1.5));
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_config config = {.step = 0.125};
+        s.turning = v3(0, 0, 0);
+        if (!kr_method_suits(kr_method_at(i), &s)) continue;
+        const kr_state rest = state_at(1.05, &s, kr_method_at(i), config);
+        s.turning = v3(0, 0, 0.75);
+        const kr_state own = state_at(1.05, &s, kr_method_at(i), config);
+        NEAR(distance(own, seen_from(s.turning, rest)), 0.0, 1e-6);
+        IS(kr_method_suits(kr_method_at(i), &s));
+    }
+}
+/* The energy changes by the power of damping and friction, and is Jacobi's integral without them.
+ * The power is integrated by Simpson's rule. */
+static void test_power(void)
+{
+    kr_scene s = moved(TURNING | OTHERS);
+    s.friction = 0.125;
+    kr_top *top = make(&s, taylor(), kr_config_default());
+    const double first = kr_state_energy(&s, &s.start), step = 0x1p-9;
+    double lost = 0.0;
+    for (int i = 0; i <= 512; i++) {
+        IS(kr_top_advance(top, 0.25 + step * i) == KR_OK);
+        const kr_state now = kr_top_state(top);
+        double W[3], spin;
+        kr_quantity_values(kr_quantity_find("body_velocity"), &s, 1, &now, W);
+        kr_quantity_values(kr_quantity_find("spin"), &s, 1, &now, &spin);
+        const double power = v_dot(v_times(s.damping, v_of(W)), v_of(W)) + 0.125 * fabs(spin);
+        lost += (i % 512 == 0 ? 1.0 : i % 2 ? 4.0 : 2.0) * step / 3.0 * power;
+    }
+    const kr_state last = kr_top_state(top);
+    NEAR(kr_state_energy(&s, &last), first - lost, 1e-10);
+    kr_top_free(top);
+    s = moved(TURNING);
+    s.body.rotor = v3(0.25, -0.5, 0.375);
+    const kr_state late = state_at(20.0, &s, taylor(), kr_config_default());
+    NEAR(kr_state_energy(&s, &late), kr_state_energy(&s, &s.start), 1e-14);
+}
+/* The momentum about the axis of a free symmetric top decreases linearly to zero, the rest of the
+ * momentum stays. The time of the stop is an event. Friction holds the top from then on. */
+static void test_stop(double spin, int digits)
+{
+    const kr_scene s = symmetric_top(0.75, 0.0, 0.125, v3(0.5, -0.25, spin));
+    const kr_term terms[] = {term(1.0, "spin", "1")};
+    kr_event event = {.terms = terms, .count = 1};
+    const kr_config config = {.digits = digits};
+    kr_top *top = watched(&s, config, &event, 1);
+    kr_event_hit hit = {-1, 0};
+    for (int i = 1; i <= 2; i++) {
+        IS(kr_top_seek(top, 0.5 * i, &hit) == KR_OK && hit.index < 0);
+        const kr_state now = kr_top_state(top);
+        NEAR(kr_state_axial_momentum(&s, &now), spin - copysign(0.0625 * i, spin), 1e-15);
+    }
+    IS(kr_top_seek(top, 100.0, &hit) == KR_OK && hit.index == 0);
+    IS(hit.direction == (spin > 0.0 ? -1 : 1));
+    kr_state now = kr_top_state(top);
+    NEAR(now.t, 8.0 * fabs(spin), 1e-14);
+    NEAR(kr_state_axial_momentum(&s, &now), 0.0, 1e-15);
+    IS(kr_top_seek(top, 100.0, &hit) == KR_OK && hit.index < 0);
+    now = kr_top_state(top);
+    NEAR(kr_state_axial_momentum(&s, &now), 0.0, 1e-14);
+    NEAR(v_length(now.m), sqrt(0.3125), 1e-14);
+    /* A top that starts without spin is held, too, and has no unique past. */
+    kr_scene held = s;
+    held.start = now;
+    IS(kr_top_set_scene(top, &held) == KR_OK && kr_top_seek(top, 200.0, &hit) == KR_OK);
+    IS(hit.index < 0);
+    kr_top_free(top);
+    top = make(&held, taylor(), back);
+    IS(kr_top_advance(top, 50.0) == KR_ERR_STOPPED && kr_top_time(top) == 100.0);
+    kr_top_free(top);
+}
+/* Friction that is too weak to hold the top lets it slide. While the top slides, a motion backward
+ * in time undoes the motion forward. */
+static void test_sliding(void)
+{
+    kr_scene s = moved(TURNING);
+    const kr_term terms[] = {term(1.0, "spin", "1")};
+    kr_event event = {.terms = terms, .count = 1};
+    kr_event_hit hit;
+    s.friction = 0.3;
+    kr_top *top = watched(&s, kr_config_default(), &event, 1);
+    double stops = 0.0, held = 0.0;
+    while (kr_top_seek(top, 12.0, &hit) == KR_OK && hit.index == 0) {
+        const kr_state now = kr_top_state(top);
+        double spin;
+        kr_quantity_values(kr_quantity_find("spin"), &s, 1, &now, &spin);
+        NEAR(spin, 0.0, 1e-14);
+        IS(now.t > stops);
+        stops = now.t;
+        IS(kr_top_advance(top, now.t + 0x1p-8) == KR_OK);
+        const kr_state later = kr_top_state(top);
+        kr_quantity_values(kr_quantity_find("spin"), &s, 1, &later, &spin);
+        held += fabs(spin) < 1e-14;
+    }
+    IS(stops > 0.0 && held > 0.0);
+    kr_top_free(top);
+    const kr_state end = state_at(0.5, &s, taylor(), kr_config_default());
+    kr_scene reversed = s;
+    reversed.start = end;
+    NEAR(distance(state_at(0.0, &reversed, taylor(), back), s.start), 0.0, 1e-14);
+}
+/* Checkpoints and new starts continue the shaking and the friction. */
+static void test_continuation(void)
+{
+    static unsigned char saved[1 << 16];
+    kr_scene s = moved(TURNING | SHAKING | OTHERS);
+    s.friction = 0.5;
+    const kr_state want = state_at(6.0, &s, taylor(), kr_config_default());
+    kr_top *top = make(&s, taylor(), kr_config_default()),
+           *other = make(&s, taylor(), kr_config_default());
+    IS(kr_top_advance(top, 2.6) == KR_OK);
+    const size_t size = kr_top_save_size(top);
+    IS(size < sizeof saved && kr_top_save(top, size, saved) == KR_OK);
+    IS(kr_top_load(other, size, saved) == KR_OK && kr_top_advance(other, 6.0) == KR_OK);
+    IS(same(kr_top_state(other), want));
+    kr_scene later = s;
+    later.start = kr_top_state(top);
+    IS(kr_top_set_scene(top, &later) == KR_OK && kr_top_advance(top, 6.0) == KR_OK);
+    NEAR(distance(kr_top_state(top), want), 0.0, 1e-13);
+    s.shaking.phase += 0.5;
+    IS(kr_top_set_scene(other, &s) == KR_OK &&
+       kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
+    kr_top_free(top);
+    kr_top_free(other);
+}
+static double sum_at(const kr_scene *s, const kr_state *at, const kr_event *event)
+{
+    return kr_terms_value(s, at, event->count, event->terms);
+}
+/* At an event g is zero, or stationary: near it, g changes by the square of the time. */
+static void test_events(const kr_scene *s)
+{
+    static const char *const names[] = {
+        "m_x", "m_y", "m_z", "spin", "body_velocity_y", "q_w", "apex_x", "body_momentum_x"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        for (int extremum = 0; extremum < 2; extremum++) {
+            const kr_term terms[] = {term(1.0, names[i], "1"), term(0.25, "spin", names[i])};
+            kr_event event = {.terms = terms, .count = 2, .extremum = extremum};
+            kr_top *top = watched(s, kr_config_default(), &event, 1);
+            kr_event_hit hit;
+            for (int k = 0; k < 4 && kr_top_seek(top, 9.0, &hit) == KR_OK && hit.index == 0; k++) {
+                const kr_state at = kr_top_state(top);
+                const kr_state ahead = state_at(at.t + 0x1p-13, s, taylor(), kr_config_default()),
+                               behind = state_at(at.t - 0x1p-13, s, taylor(), kr_config_default());
+                const double g = sum_at(s, &at, &event),
+                             slope = sum_at(s, &ahead, &event) - sum_at(s, &behind, &event);
+                NEAR(extremum ? slope * 0x1p12 : g, 0.0, extremum ? 2e-6 : 1e-14);
+            }
+            kr_top_free(top);
+        }
+}
+static void test_refusals(void)
+{
+    const kr_config config = {.step = 0.01};
+    kr_scene plain = symmetric_top(0.75, 1.0, 0.0, v3(0.5, -0.25, 1.5)),
+             tops[3] = {plain, plain, plain};
+    const kr_status status[] = {KR_ERR_TURNING, KR_ERR_SHAKING, KR_ERR_FRICTION};
+    const unsigned flags[] = {KR_METHOD_TURNING, KR_METHOD_SHAKING, KR_METHOD_FRICTION};
+    tops[0].turning.x = 0.1;
+    tops[1].shaking = (kr_shaking){0.1, 1.0, 0.0};
+    tops[2].friction = 0.1;
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        for (int k = 0; k < 3 && kr_method_suits(method, &plain); k++) {
+            kr_top *top = NULL;
+            const int moves = (kr_method_flags(method) & flags[k]) != 0;
+            IS(kr_method_suits(method, &tops[k]) == moves);
+            IS(kr_top_create(&tops[k], method, config, &top) == (moves ? KR_OK : status[k]));
+            kr_top_free(top);
+        }
+    }
+    kr_exact plan;
+    kr_exact_map map;
+    kr_turning turning;
+    for (int k = 0; k < 3; k++) {
+        IS(kr_exact_plan(&tops[k], &plan) == KR_ERR_METHOD);
+        IS(kr_exact_map_plan(&tops[k], 0.01, &map) == KR_ERR_METHOD);
+        IS(kr_exact_turning(&tops[k], &turning) == KR_ERR_METHOD);
+    }
+    kr_top *top = NULL;
+    kr_config tangents = {.tangents = KR_TANGENT_START}, headless = {.skip_heading = 1};
+    IS(kr_top_create(&tops[2], taylor(), tangents, &top) == KR_ERR_OPTION);
+    IS(kr_top_create(&tops[0], taylor(), headless, &top) == KR_ERR_OPTION);
+    tangents.tangents = KR_TANGENT_FRICTION;
+    IS(kr_top_create(&plain, taylor(), tangents, &top) == KR_ERR_OPTION);
+}
+static void test_bad_numbers(void)
+{
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    for (int i = 0; i < 3; i++) {
+        kr_scene s[8];
+        for (int k = 0; k < 8; k++) s[k] = moved(TURNING | SHAKING);
+        s[0].turning.x = s[1].turning.z = bad[i];
+        s[2].shaking.amplitude = s[3].shaking.rate = s[4].shaking.phase = bad[i];
+        s[5].friction = bad[i];
+        s[6].friction = -1e-300;
+        s[7].shaking.rate = i == 0 ? 0.0 : i == 1 ? -1.0 : 1e200;
+        for (int k = 0; k < 8; k++) IS(kr_scene_check(&s[k]) == KR_ERR_ARGUMENT);
+    }
+    kr_scene still = moved(0);
+    still.shaking.phase = 1.0;
+    IS(kr_scene_check(&still) == KR_OK);
+}
+/* Workers compute the same states as tops, and refuse the growth of tangents. */
+static void test_workers(void)
+{
+    const double t[] = {1.0, 2.0};
+    kr_scene s[3] = {moved(TURNING), moved(SHAKING), moved(0)};
+    kr_state states[6];
+    kr_outcome outcomes[3];
+    kr_worker *worker = NULL;
+    const kr_tops tops = {
+        .n = 3, .scenes = s, .times = 2, .t = t, .states = states, .outcomes = outcomes};
+    kr_config config = {.tangents = KR_TANGENT_GROWTH};
+    s[2].friction = 0.25;
+    IS(kr_worker_create(NULL, kr_config_default(), 0, NULL, &worker) == KR_OK);
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+    for (int i = 0; i < 3; i++)
+        IS(same(states[2 * i + 1], state_at(2.0, &s[i], taylor(), kr_config_default())));
+    kr_worker_free(worker);
+    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK);
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+    IS(outcomes[0].status == KR_ERR_TURNING && outcomes[1].status == KR_ERR_SHAKING &&
+       outcomes[2].status == KR_ERR_FRICTION);
+    kr_worker_free(worker);
+}
+/* Units of time and mass that are powers of two change all numbers exactly. */
+static void test_units(void)
+{
+    const kr_scene s = moved(TURNING | SHAKING | OTHERS);
+    kr_scene big = s;
+    const double time = 0x1p70, mass = 0x1p-90, momentum = mass / time;
+    big.body.mass *= mass;
+    big.body.inertia = v_scale(mass, s.body.inertia);
+    big.body.rotor = v_scale(momentum, s.body.rotor);
+    big.gravity /= time * time;
+    big.start.t *= time;
+    big.start.m = v_scale(momentum, s.start.m);
+    big.damping = v_scale(momentum, s.damping);
+    big.turning = v_scale(1.0 / time, s.turning);
+    big.shaking.rate /= time;
+    big.friction = 0.5 * momentum / time;
+    kr_scene own = s;
+    own.friction = 0.5;
+    const kr_state a = state_at(4.0, &own, taylor(), kr_config_default());
+    kr_state b = state_at(4.0 * time, &big, taylor(), kr_config_default());
+    b.t /= time;
+    b.m = v_scale(1.0 / momentum, b.m);
+    IS(same(a, b));
+}
+int main(void)
+{
+    test_truth(0, 3e-15);
+    test_truth(16, 3e-15);
+    test_truth(20, 1e-20);
+    test_truth(30, 1e-29);
+    test_space_at_rest();
+    test_power();
+    test_stop(0.75, 0);
+    test_stop(-0.75, 16);
+    test_stop(0.5, 30);
+    test_sliding();
+    test_continuation();
+    const kr_scene moving = moved(TURNING | SHAKING);
+    test_events(&moving);
+    kr_scene rubbed = moved(TURNING);
+    rubbed.friction = 0.01;
+    test_events(&rubbed);
+    test_refusals();
+    test_bad_numbers();
+    test_workers();
+    test_units();
+    return check_result();
+}
