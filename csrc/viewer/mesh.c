@@ -73,7 +73,8 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     *momentum = fmax(v_length(scene->start.m), *momentum);
     *velocity = v_length(scene->turning) + sqrt(2.0 * energy / largest);
     *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), *velocity);
-    if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;
+    if (!(*momentum > 0.0)) *momentum = 1.0;
+    if (!(*velocity > 0.0)) *velocity = 1.0;
 }
 
 /* Returns the unit vector from the fixed point to the centre of mass, in the frame of description.

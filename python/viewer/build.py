@@ -31,6 +31,9 @@ USED_SHADERS = re.compile(
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
+# Methods of classes of three.js that write or read its files, which the viewer does not do.
+FILE_METHODS = re.compile(r"\n\t(?:static )?(?:toJSON|fromJSON)\([^\n]*\{\n[\s\S]*?\n\t\}(?=\n)")
+
 # Names of features that no material of the viewer has: other lights and materials, textures, skins,
 # instances, clipping planes.
 UNUSED_FEATURES = re.compile(
@@ -109,7 +112,8 @@ def compile_core(wasm: Path) -> None:
 def install_libraries(work: Path) -> Path:
     """Install the packages of package-lock.json and return their folder.
 
-    Shaders of three.js are shortened, and its unused modules emptied. No scripts of packages run.
+    Shaders of three.js are shortened, and its unused modules and methods left out. No scripts of
+    packages run.
     """
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
@@ -128,6 +132,10 @@ def install_libraries(work: Path) -> Path:
         else:
             text = shorten_shader(file.read_text(encoding="utf-8"))
         file.write_text(text, encoding="utf-8")
+    for file in (work / "node_modules/three/src").rglob("*.js"):
+        text = file.read_text(encoding="utf-8")
+        if FILE_METHODS.search(text):
+            file.write_text(FILE_METHODS.sub("", text), encoding="utf-8")
     for name, text in REPLACED_MODULES.items():
         (work / "node_modules/three/src" / name).write_text(text, encoding="utf-8")
     return work / "node_modules"

@@ -281,6 +281,11 @@ export class PageState {
     Object.assign(this, { goal: null, isResuming: false, isRunning: on });
     this.onChange();
   }
+  // Run, from the start if no top can go on.
+  start() {
+    if (this.hasEnded()) this.rewind();
+    this.setRunning(true);
+  }
   // Return to the start of the current scene.
   rewind() {
     this.showMessage("");

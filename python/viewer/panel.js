@@ -226,7 +226,7 @@ export class Panel {
       html`<fieldset><legend>Angular momentum m in space</legend>
         ${COMPONENTS.map(number)}
         </fieldset>
-        <p>Units: s, m, kg, or any other consistent set.</p>`,
+        <p>Units: s, m, kg (friction in N m, damping in N m s), or any other consistent set.</p>`,
     ];
   }
   renderBody() {

@@ -3,7 +3,6 @@ import { html, render } from "lit-html";
 import { saveFile } from "./downloads.js";
 import { encodeScene } from "./links.js";
 
-const SIZE = 1080; // of the picture and the film, in pixels
 const CAPTION = 0.035; // height of the name in the picture
 const FILM_TYPES = ["video/mp4", "video/webm"];
 
@@ -28,21 +27,22 @@ async function shareLink(page) {
 }
 
 // Make a square canvas. `draw` copies the middle of the picture onto it, above the scene's name.
-function makeSquare({ canvas }, { scene }) {
-  const square = Object.assign(document.createElement("canvas"), { width: SIZE, height: SIZE });
+function makeSquare({ canvas }, { scene }, size) {
+  const square = Object.assign(document.createElement("canvas"), { width: size, height: size });
   const paper = square.getContext("2d");
   const draw = () => {
     const { width, height } = canvas;
     const side = Math.min(width, height);
-    paper.drawImage(canvas, (width - side) / 2, (height - side) / 2, side, side, 0, 0, SIZE, SIZE);
-    paper.font = `${CAPTION * SIZE}px system-ui`;
+    paper.drawImage(canvas, (width - side) / 2, (height - side) / 2, side, side, 0, 0, size, size);
+    paper.font = `${CAPTION * size}px system-ui`;
     paper.fillStyle = getComputedStyle(document.getElementById("about")).color;
-    paper.fillText(scene.name, CAPTION * SIZE, (1 - CAPTION) * SIZE);
+    paper.fillText(scene.name, CAPTION * size, (1 - CAPTION) * size);
   };
   return { square, draw };
 }
 
 export class ShareDialog {
+  size = 1080; // of a picture or a film, in pixels
   seconds = 6; // length of a film
   constructor(place, page, view) {
     Object.assign(this, { place, page, view, isFilming: false });
@@ -65,8 +65,8 @@ export class ShareDialog {
   }
   savePicture() {
     const { view, page } = this;
-    view.renderSquare(SIZE, () => {
-      const { square, draw } = makeSquare(view, page);
+    view.renderSquare(this.size, () => {
+      const { square, draw } = makeSquare(view, page, this.size);
       draw();
       square.toBlob((blob) => saveFile("kreisel.png", blob));
     });
@@ -74,11 +74,14 @@ export class ShareDialog {
   // Record the picture while the top moves.
   saveFilm() {
     const { view, page, filmType } = this;
-    const { square, draw } = makeSquare(view, page);
+    const { square, draw } = makeSquare(view, page, this.size);
     if (!filmType || !square.captureStream)
       return page.showMessage("This browser cannot record films");
     const recorder = new MediaRecorder(square.captureStream(30), { mimeType: filmType });
-    recorder.ondataavailable = ({ data }) => saveFile(`kreisel.${filmType.slice(6)}`, data);
+    recorder.ondataavailable = ({ data }) =>
+      data.size
+        ? saveFile(`kreisel.${filmType.slice(6)}`, data)
+        : page.showMessage("The browser has recorded no film: it may be too slow");
     const end = performance.now() + 1000 * this.seconds;
     const drawFrame = () => {
       draw();
@@ -88,8 +91,7 @@ export class ShareDialog {
       this.isFilming = false;
       this.draw();
     };
-    if (page.hasEnded()) page.rewind();
-    page.setRunning(true);
+    page.start();
     recorder.start();
     view.recording = view.isDirty = true;
     this.isFilming = true;

@@ -20,7 +20,7 @@ export class Toolbar {
         renderButton("↺", "Rewind", "R", () => page.rewind()),
         isMoving
           ? renderButton("❚❚", "Stop", "Space", () => page.setRunning(false))
-          : renderButton("▶", "Start", "Space", () => page.setRunning(true)),
+          : renderButton("▶", "Start", "Space", () => page.start()),
         renderButton("▶❚", "Step", ".", () => page.stepOnce()),
         renderButton("↶", "Undo", "Z Control+Z", () => page.undo(), {
           off: !page.undoStack.length,

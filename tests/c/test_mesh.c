@@ -110,6 +110,12 @@ static void test_reach(void)
     still.start.m = v3(0.0, 0.0, 0.0);
     kr_mesh_limits(&still, &momentum, &velocity);
     IS(momentum == 1.0 && velocity == 1.0);
+    still.body.rotor = still.start.m = v3(0.0, 0.0, 3.0);
+    kr_mesh_limits(&still, &momentum, &velocity);
+    IS(momentum == 3.0 && velocity == 1.0);
+    still.turning = v3(0.0, 2.0, 0.0);
+    kr_mesh_limits(&still, &momentum, &velocity);
+    IS(momentum == 3.0 && velocity == 2.0); /* seen from the support, the body turns backwards */
 }
 static kr_trail trail_of(const kr_simulation_slot *a)
 {

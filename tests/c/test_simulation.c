@@ -339,8 +339,39 @@ static void test_step_budget(void)
     }
 }
 
+static double height(const kr_state *s)
+{
+    const kr_scene scene = kr_scene_default();
+    return kr_state_apex(&scene, s).z;
+}
+/* A top ends at its last state above the floor. Another top goes on. */
+static void test_floor(void)
+{
+    const kr_scene scene = kr_scene_default();
+    const kr_method *method = kr_method_find("exact");
+    const double lowest = 0.3;
+    kr_simulation_set_floor(&other, lowest); /* no top yet */
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
+    kr_simulation_set_floor(&stage, lowest);
+    IS(kr_simulation_add(&stage, &scene, method, step2, 0.0, -1) == KR_OK);
+    kr_simulation_advance(&stage, 70 * step2, INT64_MAX);
+    const kr_simulation_slot *down = &stage.slots[0];
+    const double last = (double)down->steps * 0.01, next = last + 0.01;
+    const kr_state after = state_at(next, &scene, method, (kr_config){0}),
+                   end = state_at(down->stood, &scene, method, (kr_config){0});
+    IS(down->is_down && down->status == KR_OK && down->now.t == last);
+    IS(height(&down->now) >= lowest && height(&after) < lowest);
+    IS(down->stood > last && down->stood < next);
+    NEAR(height(&end), lowest, 1e-4);
+    IS(stage.slots[1].steps == 70 && !stage.slots[1].is_down && isnan(stage.slots[1].stood));
+    IS(kr_simulation_advance(&stage, 80 * step2, INT64_MAX) == 80 * step2);
+    IS((double)down->steps * 0.01 == last);
+}
+
 int main(void)
 {
+    test_floor();
     test_truth();
     test_step_budget();
     test_states();

@@ -142,6 +142,57 @@ def test_a_changed_top_stands_again(page):
     assert read_message(page) == "" or "meets the floor" in read_message(page)
 
 
+def test_start_after_the_end_begins_again(page):
+    load(page, GAME)
+    advance(page, 90)
+    page.get_by_role("button", name="Start", exact=True).click()
+    assert page.evaluate("kreisel.page.isRunning && kreisel.page.clock < 2e6")
+    page.evaluate("kreisel.page.setRunning(false)")
+    assert np.isnan(read_end(page))
+
+
+# The texts
+
+
+def test_an_upright_top_sleeps_above_the_critical_spin(page):
+    load(page, GAME)
+    click_exercise(page, "Start it upright")
+    scene = scene_in_python(read_scene(page)).replace(damping=0, friction=0)
+    critical = kr.exact(scene).critical_spin
+    page.evaluate("kreisel.page.rewind()")
+    for t in range(1, 20):
+        advance(page, t)
+        spin, tilt = page.evaluate("""(({spin, nutation}) => [spin, nutation])(
+            kreisel.simulation.measureTop(0))""")
+        if spin < critical:
+            break
+        assert tilt < np.radians(6)
+    assert spin < critical and np.isnan(read_end(page))
+    advance(page, 60)
+    assert read_end(page) > t
+
+
+def test_half_the_friction_lets_it_stand_longer(page):
+    ends = []
+    for exercise in (None, "Half the friction"):
+        load(page, GAME)
+        if exercise:
+            click_exercise(page, exercise)
+        advance(page, 90)
+        ends.append(read_end(page))
+    assert ends[1] > 1.5 * ends[0]
+
+
+def test_what_the_texts_of_the_gyroscope_say(page):
+    types = []
+    for exercise in (None, "Let it go at rest", "Half the rotor", "Stop the rotor"):
+        load(page, GYROSCOPE)
+        if exercise:
+            click_exercise(page, exercise)
+        types.append(kr.exact(scene_in_python(read_scene(page))).motion_type)
+    assert types == ["steady", "cusps", "steady", "pendulum"]
+
+
 # The game
 
 

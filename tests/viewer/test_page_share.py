@@ -77,14 +77,15 @@ def test_square_picture_has_the_whole_top(sharing):
 
 
 def test_film_runs_and_ends(sharing):
-    sharing.evaluate("kreisel.share.seconds = 1, kreisel.share.draw()")
+    sharing.evaluate("Object.assign(kreisel.share, {seconds: 1, size: 120}).draw()")
     with sharing.expect_download() as download:
         state = "[kreisel.page.isRunning, document.querySelector('#share :disabled').textContent]"
         assert sharing.evaluate(f"(kreisel.share.saveFilm(), {state})") == [True, "Filming …"]
     assert download.value.path().stat().st_size > 1000
     assert sharing.get_by_role("button", name="Film of").is_enabled()
     assert not sharing.evaluate("kreisel.view.recording")
-    sharing.evaluate("kreisel.page.setRunning(false), kreisel.share.seconds = 6")
+    sharing.evaluate("kreisel.page.setRunning(false)")
+    sharing.evaluate("Object.assign(kreisel.share, {seconds: 6, size: 1080})")
 
 
 def test_film_is_refused_in_words_where_the_browser_has_none(sharing):
