@@ -84,13 +84,13 @@ ROWS = (
         "Taylor series, `kr_method_taylor`, 30 digits, tangents",
         (MOVING % "taylor", EMPTY),
         (),
-        135,
+        145,
     ),
     (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
         ("-DKR_NO_TORUS",),
-        270,
+        315,
     ),
     ("everything", write_everything(), (), None),
 )
