@@ -3,8 +3,9 @@
  * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the
  * changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
- * and dO = O x theta + R* dturning R, dU = dW - dO, with the angular velocity O of the support and U
- * relative to it; and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
+ * with the angular velocity O of the support and U relative to it, for which
+ *     dO = O x theta + R* dturning R,   dU = dW - dO
+ * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
  * depend on it. */
 #include "quantities.h"
 #include "math/trig.h"

@@ -19,7 +19,7 @@ typedef struct NAME(moving_path) {
     number A[3], D[3], lever[3];
     number q[4];
 } NAME(moving_path);
-/* A deviation: theta, N and c x theta; and the terms of theta' and N' that do not depend on them. */
+/* A deviation: theta, N and c x theta; and the terms of theta' and N' that do not depend on it. */
 typedef struct NAME(moving_deviation) {
     NAME(series) turn, push, cross, turn_by, push_by;
 } NAME(moving_deviation);
@@ -35,7 +35,7 @@ static number NAME(cross)(const NAME(series) * a, const NAME(series) * b, int i,
     }
     return sum;
 }
-/* Returns component i of the vector q* e q, for the unit vector e of space with the index `axis`. */
+/* Returns component i of q* e q, for the unit vector e of space with the index `axis`. */
 static number NAME(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
@@ -107,8 +107,8 @@ static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
         p->sine[n + 1] = mul(share, p->cosine[n]);
     }
 }
-/* Adds coefficient n of k P x b, with k = sum of scale[0] + scale[1] cosine + scale[2] sine + scale[3] t
- * sine. */
+/* Adds coefficient n of k P x b, with
+ *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void NAME(add_pull)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
                            const support_drive *drive, int n)
 {

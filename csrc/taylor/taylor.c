@@ -81,8 +81,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
 }
 
 /* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
- * turns W in the body, than the rates of the support, and than every W that the energy allows. Damping does not raise the energy,
- * hence
+ * turns W in the body, than the rates of the support, and than every W that the energy allows.
+ * Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
