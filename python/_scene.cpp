@@ -1,7 +1,12 @@
 // Scenes: one call checks and stores the arguments.
 #include "times.hpp"
 
-static py::tuple vector_of(const double (&v)[3]) { return py::make_tuple(v[0], v[1], v[2]); }
+// Returns a vector as Python stores it. Vectors that were not given share one tuple of zeros.
+static py::object vector_of(const py::object &given, const double (&v)[3])
+{
+    static const py::tuple &zeros = *new py::tuple(py::make_tuple(0.0, 0.0, 0.0));
+    return given.is_none() ? zeros : py::make_tuple(v[0], v[1], v[2]);
+}
 // Returns the numbers of a scene as Python stores them, and its block: momentum, attitude, gravity,
 // damping, turning, shaking, friction, block. Returns None if an argument does not consist of plain
 // numbers. Returns the name of the status if the scene is invalid. Arguments may be None, except
@@ -27,8 +32,9 @@ static py::object scene(const kr_body &body, const py::object &momentum, const p
                         f};
     const kr_status status = kr_scene_check(&s);
     if (status != KR_OK) return py::str(name_of(status));
-    return py::make_tuple(vector_of(m), py::make_tuple(q[0], q[1], q[2], q[3]), g, vector_of(d),
-                          vector_of(u), vector_of(k), f, block_of(s));
+    return py::make_tuple(vector_of(momentum, m), py::make_tuple(q[0], q[1], q[2], q[3]), g,
+                          vector_of(damping, d), vector_of(turning, u), vector_of(shaking, k), f,
+                          block_of(s));
 }
 
 void bind_scene(py::module_ &m);

@@ -105,14 +105,15 @@ class Scene:
             given["body_momentum"] = body_momentum
         if body_velocity is not None:
             given["body_velocity"] = body_velocity
-        around = Environment(gravity, damping, turning, shaking, friction)
+        around = gravity, damping, turning, shaking, friction
         made = None if attitude_xyzw is not None else parse_fast(body, given, attitude, around)
         if made is None:
-            made = parse_checked(body, given, attitude, attitude_xyzw, around)
+            made = parse_checked(body, given, attitude, attitude_xyzw, Environment(*around))
         kept = self.__dict__
         kept["body"] = body
-        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], *moved = made
-        kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = moved
+        m, q, g, d, u, s, f, block = made
+        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"] = m, q, g, d
+        kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
         """Return the arguments of the constructor; a support at rest is left out."""

@@ -28,13 +28,14 @@ def parse_fast(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
-    environment: Environment,
+    environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
     """Return the data of a scene, or None if an argument is not a plain number or is invalid."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
-    made = scene(body._block, value, attitude, *environment)
+    g, d, u, s, f = environment
+    made = scene(body._block, value, attitude, g, d, u, s, f)
     if isinstance(made, tuple) and name != "momentum":
         v, q, around = made[0], made[1], made[2:7]
         made = scene(body._block, _momentum(body, name, q, v, around[2]), q, *around)
