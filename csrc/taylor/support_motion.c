@@ -16,6 +16,8 @@
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* The interval in which a limit is reached is halved until it has this fraction of the step. */
 #define NARROW_PART 0x1p-30
+/* Larger friction stops a top in the same time, none that doubles resolve, but would overflow. */
+#define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
 /* Returns the angular velocity of the support in the units of the motion. */
@@ -29,7 +31,7 @@ static double shaking_rate(const kr_motion *motion)
 }
 static double friction_of(const kr_motion *motion)
 {
-    return motion->scene->friction / motion->momentum_unit * motion->time_unit;
+    return fmin(motion->scene->friction / motion->momentum_unit * motion->time_unit, MOST_FRICTION);
 }
 /* Returns mass * com * acceleration in the units of the motion. */
 static vec_dd lever_of(const kr_motion *motion, dd acceleration)
@@ -66,7 +68,7 @@ vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway)
     *sway = dd_of(-1.0);
     return lever_of(motion, most);
 }
-double kr_support_rate(const kr_motion *motion, kr_vec3 W)
+double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     dd base, sway;
@@ -77,8 +79,8 @@ double kr_support_rate(const kr_motion *motion, kr_vec3 W)
                  root = sqrt(v_dot(v_times(A, W), W)) + sqrt(v_largest(A)) * turning,
                  energy = root * root + v_largest(A) * turning * turning + 4.0 * carried * turning +
                           4.0 * pull * (1.0 + fabs(sway.hi));
-    const double rates = fmax(shaking_rate(motion), sqrt(friction_of(motion) / least));
-    return fmax(rates, turning + sqrt(energy / least));
+    const double stop = is_held ? 0.0 : sqrt(friction_of(motion) / least);
+    return fmax(fmax(shaking_rate(motion), stop), turning + sqrt(energy / least));
 }
 /* Returns the apex as a unit vector along the principal axes, which are the working axes of
  * taylor. */
@@ -363,6 +365,12 @@ static void set_mode(kr_taylor *p, const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
+static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
+{
+    if (rate == p->rate) return;
+    kr_taylor_set_rate(p, motion, rate);
+    kr_support_place(p->series, motion, p->rate);
+}
 /* Chooses a shorter unit of time if a shaken support has brought so much energy that W exceeds
  * one. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
@@ -371,8 +379,7 @@ static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
     int exponent;
     if (!(size > 1.0) || !(size < INFINITY)) return;
     frexp(size, &exponent);
-    kr_taylor_set_rate(p, motion, ldexp(p->rate, exponent));
-    kr_support_place(p->series, motion, p->rate);
+    set_rate(p, motion, ldexp(p->rate, exponent));
 }
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 {
@@ -397,6 +404,11 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
+    /* A torque that is not at work must not shorten the steps. */
+    if (rubs && p->sliding == 0.0)
+        set_rate(p, motion, p->held_rate);
+    else if (rubs)
+        set_rate(p, motion, fmax(p->rate, p->first_rate));
     keep_velocity_small(p, motion);
     if (rubs) set_mode(p, motion);
     s[1].t = s[1].end;

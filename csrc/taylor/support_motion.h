@@ -15,7 +15,7 @@ static inline int kr_support_moves(const kr_scene *scene)
  * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms
  * of support.h. A shaken support may bring more energy: kr_support_step then changes the unit of
  * time. */
-double kr_support_rate(const kr_motion *motion, kr_vec3 W);
+double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the lever to which G refers, in the units of the motion. Writes the parts of G: the

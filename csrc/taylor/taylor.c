@@ -84,7 +84,7 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
  * turns W in the body, than the rates of the support, and than every W that the energy allows.
  * Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
-static double rate_for(const kr_motion *motion, kr_vec3 W)
+static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
     const kr_vec3 A = motion->inertia;
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
@@ -92,8 +92,8 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     const double drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z));
     const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor) / least;
     int exponent = 0;
-    frexp(fmax(fmax(drag, carried), fmax(sqrt(twice_energy / least), kr_support_rate(motion, W))),
-          &exponent);
+    const double own = fmax(fmax(drag, carried), sqrt(twice_energy / least));
+    frexp(fmax(own, kr_support_rate(motion, W, is_held)), &exponent);
     return ldexp(1.0, exponent);
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. */
@@ -199,7 +199,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
                  own = v_largest(h) > 0.0 ? vdd_add(M, v_dd(v_scale(-1.0, h), none)) : M,
                  W = divide_by_axes(own, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = p->first_rate = rate_for(motion, vdd_high(W));
+    p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
     if (!motion->skip_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
@@ -210,7 +210,9 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;
     reset_to_begin(p->series);
-    if (high->linear > 2.0) kr_support_start(motion);
+    if (!(high->linear > 2.0)) return;
+    p->held_rate = rate_for(motion, vdd_high(W), 1);
+    kr_support_start(motion);
 }
 static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {

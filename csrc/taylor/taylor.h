@@ -69,7 +69,8 @@ typedef struct kr_taylor {
     /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
      * the spin before that, 0 if the top was held from the start. */
     double sliding, before_hold;
-    double unused[2];
+    double held_rate; /* `rate` while friction holds the top, and therefore does not count */
+    double unused[1];
 } kr_taylor;
 
 /* The functions of one order on one instruction set. */

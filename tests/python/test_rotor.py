@@ -406,7 +406,6 @@ def test_whatever_does_not_know_rotors_says_so():
         lambda: kr.exact(axial, map="bobenko_suris", step=0.01),
         lambda: kr.lyapunov(HEAVY, 10.0),
         lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
-        lambda: kr.view(HEAVY, open=False),
         lambda: kr.rod(path),
         lambda: kr.starts(GENERAL, energy=2.0, vertical=0.5, n=2),
         lambda: kr.Scene.spinning(axial.body, spin=9.0, tilt=0.3, steady=True),

@@ -228,7 +228,6 @@ def test_whatever_does_not_know_turning_supports_says_so():
         lambda: kr.solve(kr.Scene(axial, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1),
         lambda: kr.lyapunov(HEAVY, 10.0),
         lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
-        lambda: kr.view(HEAVY, open=False),
         lambda: kr.rod(path),
         lambda: kr.frequencies(path),
         lambda: kr.events.separatrix(HEAVY),
