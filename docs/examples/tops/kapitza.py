@@ -23,9 +23,9 @@ axes.legend(title="amplitude")
 
 # %%
 # Averaged over a period, the shaking adds the potential
-# :math:`(M l A r)^2 \sin^2\vartheta / (4 I_1)`. Hence a top with the spin :math:`\omega_3` stands if
-# :math:`(I_3\,\omega_3)^2 + 2 (M l A r)^2 > 4 I_1 M g l`. Each point of the map is the motion of one
-# top during two seconds, and the line is this border:
+# :math:`(M l A r)^2 \sin^2\vartheta / (4 I_1)`. Hence a top with the spin
+# :math:`\omega_3` stands if :math:`(I_3\,\omega_3)^2 + 2 (M l A r)^2 > 4 I_1 M g l`. Each point of
+# the map is the motion of one top during two seconds, and the line is this border:
 
 spins, amplitudes = np.linspace(0, 1300, 40), np.linspace(0, 0.006, 31)
 tops = upright.vary(

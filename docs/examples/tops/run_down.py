@@ -22,7 +22,8 @@ figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 5), layou
 for name, words in bearings.items():
     scene = hanging.replace(**words)
     end = kr.solve(scene, 3000, events=kr.events.stopped(terminal=True))
-    print(f"{name}: {'stops after' if end.events.t.size else 'still turns after'} {end.t[-1]:.6f} s")
+    verdict = "stops after" if end.events.t.size else "still turns after"
+    print(f"{name}: {verdict} {end.t[-1]:.6f} s")
     path = kr.solve(scene, np.linspace(0, 1600, 3000), want=("spin", "nutation"))
     above.plot(path.t, path.spin, label=name)
     below.plot(path.t, np.degrees(path.nutation), linewidth=0.7)
@@ -31,13 +32,13 @@ above.set_ylabel("spin [rad/s]")
 below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
-# About the axis only drag and friction act, :math:`I_3 \dot\omega_3 = - d\,\omega_3 - f`. This gives
-# the times :math:`I_3\,\omega_3 / f` and :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
+# About the axis only drag and friction act, :math:`I_3 \dot\omega_3 = - d\,\omega_3 - f`. This
+# gives the times :math:`I_3\,\omega_3 / f` and :math:`(I_3 / d) \ln(1 + d\,\omega_3 / f)`:
 
 moment = wheel.moments[2]
 print(f"friction: {moment * 300 / friction:.6f} s")
 print(f"drag and friction: {moment / drag * np.log1p(drag * 300 / friction):.6f} s")
 
 # %%
-# Friction acts about the axis only, so it does not stop the swing of the wheel. A wheel without spin
-# is a spherical pendulum.
+# Friction acts about the axis only, so it does not stop the swing of the wheel. A wheel without
+# spin is a spherical pendulum.
