@@ -82,7 +82,8 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
         const dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                              dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
         const kr_state s = kowalewski_kernel_at(plan, 0.0, phase);
-        miss = fmax(miss, miss_of_integrals(&s, o));
+        const double here = miss_of_integrals(&s, o);
+        miss = fmax(miss, isfinite(here) ? here : INFINITY);
     }
     return miss;
 }
