@@ -420,9 +420,10 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
         phase_start(&plan->torus.turn[i],
                     i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
-    /* The last number is the error of the frequencies after 1000 radians. It matters only near
-     * separatrices, where a rounding error of the start changes the motion far more. */
-    plan->head.certificate = fmax(error_of_sums(w), 1e3 * w->separatrix);
+    /* Between the samples, the error of dual sums is up to six times as large. The last number is
+     * the error of the frequencies after 1000 radians. It matters only near separatrices, where a
+     * rounding error of the start changes the motion far more. */
+    plan->head.certificate = fmax((plan->dual ? 6.0 : 1.0) * error_of_sums(w), 1e3 * w->separatrix);
     return KR_KOWALEWSKI_PLANNED;
 }
 #endif

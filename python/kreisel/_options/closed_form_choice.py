@@ -70,6 +70,10 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
     Returns None if 'auto' uses the closed form. It does so if the closed form is at least as
     accurate as the Taylor series at all `times`, and takes no more time. The answer depends on the
     arguments alone, not on the speed of this machine. `times` is None if they are not known.
+
+    The rule is for one scene. For an ensemble, the plans that it needs would have to be computed by
+    the threads of the core, where the method of a top is a function of its scene alone. See
+    "Ensembles" in docs/theory/closed_form.md.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):
