@@ -168,3 +168,12 @@ def test_the_report_shows_who_moved_tops_and_the_map(quick):
     assert section.count("<svg") == len(KINDS) + 1
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)
     assert "tops per second with a median error of" in re.sub(r"\s+", " ", page)
+
+
+def test_the_ratio_of_the_least_times_ignores_disturbed_rounds():
+    own, peer = (
+        [Run("", "", 1, error, error, error, seconds) for error in (1e-3, 1e-6)]
+        for seconds in ([1.0, 9.0], [8.0, 2.0])
+    )
+    assert equal_error.least_ratio(peer, own, 1e-4) == pytest.approx(2.0)
+    assert isnan(equal_error.least_ratio(peer, own, 1e-7))

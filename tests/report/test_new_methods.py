@@ -24,6 +24,7 @@ MACHINERY = [
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
 NAMED = {  # files that contain the name of a method, each with the reason
+    "calls": {"taylor"},  # the method that is compared with heyoka's series
     "chaos": {"taylor"},  # the method that integrates the tangents for the exponents
     "omissions": {"suzuki4", "taylor"},  # the methods whose omissions are measured
     "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # methods for many tops in one call

@@ -2,6 +2,7 @@
 
 from ..parts import (
     atlas,
+    calls,
     chaos,
     ensembles,
     fits,
@@ -19,6 +20,7 @@ PARTS = (
     truth.PART,
     atlas.PART,
     ensembles.PART,
+    calls.PART,
     chaos.PART,
     random_tops.PART,
     published.PART,

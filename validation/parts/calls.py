@@ -1,0 +1,310 @@
+"""Calls for one top at equal error: kr.solve and a kr.Run used again, beside heyoka.
+
+kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a kr.Run that is
+used again. heyoka's integrator is compiled once and used again, as its fastest form. heyoka's
+compiled function of the right-hand side is integrated by SciPy's DOP853. Times are those of the
+processor, which other programs hardly disturb.
+
+The error of a setting is the largest error of this and all tighter settings. The two settings on
+either side of an error are timed in turn. Times are interpolated between them, linearly in the
+logarithms. The tolerance of heyoka affects its runs only through the order of the series, so that
+one setting for each order is enough.
+"""
+
+import time
+from functools import partial
+from math import exp, inf
+from statistics import median
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from ..competitors import equal_error, machine, timing
+from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
+from ..references import equations, reference
+from ..references.problems import attitude_error, load_problem
+from .budget import Task
+from .formatting import format_brief, format_digits, format_power, join_sentences
+from .part import Part, write_csv
+
+ENDS = {  # scene: end of the run [T]
+    "thesis": 100.0,
+    "kowalewski": 100.0,
+    "goryachev_chaplygin": 30.0,
+    "asymmetric": 30.0,
+    "fast": 10.0,
+}
+QUICK = {"goryachev_chaplygin": 30.0}
+TARGETS = (1e-3, 1e-6, 1e-9, 0.0)  # attitude errors [rad]; 0 is the smallest that both reach
+METHOD = "taylor"
+TOLERANCES = (*(10.0 ** (-k / 4) for k in range(8, 63)), 2.0**-53)
+ORDERS = range(4, 20)  # orders of heyoka's series, below that of its tightest tolerance
+DECADES = range(4, 14)  # tolerances of DOP853
+SAMPLE = 2e-3  # duration of the calls of one round [s]
+LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
+SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
+COLUMNS = ("scene", "end", "error", "program", "seconds_median", "seconds_least", "compiling")
+
+
+def make_solve_call(scene, end, tol):
+    return lambda: kr.solve(scene, [end], METHOD, tol=tol)
+
+
+def make_reused_call(scene, end, tol):
+    """Return a call that sets a run to the start of the scene and advances it by `end`."""
+    run = kr.start(scene, METHOD, tol=tol)
+    momentum, attitude = scene.momentum, scene.attitude
+
+    def call():
+        nonlocal run
+        if run.t > LATEST:
+            run = kr.start(scene, METHOD, tol=tol)
+        run.reset(momentum, attitude)
+        return run.to([run.t + end])
+
+    return call
+
+
+def make_heyoka_call(run):
+    """Return a call with an integrator that is used again."""
+    top, start, end = run.top, np.array(run.start), run.end
+
+    def call():
+        top.time = 0.0
+        top.state[:] = start
+        top.propagate_until(end)
+        return top.state
+
+    return call
+
+
+class FunctionRun:
+    """A run of DOP853 with heyoka's compiled function of the right-hand side."""
+
+    def __init__(self, problem, end, tol):
+        system, self.start = equations.build_system(problem)
+        rates = hy.cfunc([rate for _, rate in system], vars=[name for name, _ in system])
+        self.rates, self.end, self.tol = (lambda t, state: rates(state)), end, tol
+
+    def solve(self):
+        words = {"rtol": self.tol, "atol": self.tol, "t_eval": [self.end]}
+        return solve_ivp(self.rates, (0.0, self.end), self.start, "DOP853", **words).y[:4, -1]
+
+
+def processor_time(call, number=1):
+    """Return the processor time of a call, the mean of `number` calls [s]."""
+    begin = time.thread_time()
+    for _ in range(number):
+        call()
+    return (time.thread_time() - begin) / number
+
+
+def sample_in_turn(calls, rounds):
+    """Return the processor times of each call in all rounds [s]."""
+    samples = [[] for _ in calls]
+    with timing.pause_gc():
+        numbers = [
+            max(1, round(SAMPLE / min(processor_time(call, 3) for _ in range(3)))) for call in calls
+        ]
+        for _ in range(rounds):
+            for call, number, got in zip(calls, numbers, samples, strict=True):
+                got.append(processor_time(call, number))
+    return samples
+
+
+def make_ladder(runs, truth):
+    """Return pairs (run, largest error of this and all tighter runs), for runs that get tighter."""
+    errors = [attitude_error(run.solve(), truth) for run in runs]
+    return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
+
+
+def select_bracket(ladder, target):
+    """Return the steps of a ladder on either side of an error, or one if it is above or below all.
+
+    Each is the loosest with its error.
+    """
+    i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
+    above = ladder[i - 1][1] if i else None
+    return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
+
+
+def interpolate(bracket, samples, target):
+    """Return the time at an error for each round [s]."""
+    runs = [
+        equal_error.Run("", "", 1, error, error, error, seconds)
+        for (_, error), seconds in zip(bracket, samples, strict=True)
+    ]
+    return equal_error.seconds_at(target, runs)
+
+
+def list_heyoka_runs(problem, end, orders):
+    tolerances = (*(1.001 * exp(2 * (1 - order)) for order in orders), EPS)
+    return [HeyokaRun(problem, end, Setting(tol=tol)) for tol in tolerances]
+
+
+def time_function(problem, end, truth):
+    """Return a function of an error that returns the time of DOP853 [s], or None."""
+    ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
+    samples = [[processor_time(run.solve)] for run, _ in ladder]
+
+    def at(target):
+        (seconds,) = interpolate(ladder, samples, target)
+        return None if np.isnan(seconds) else seconds
+
+    return at
+
+
+def measure_scene(name, rounds, targets=TARGETS, quick=False):
+    """Return the times of all programs on one scene at each error."""
+    end, problem = ENDS[name], load_problem(name)
+    (state,) = reference.integrate_states(problem, [end], fp=reference.FINER)
+    truth = np.array(state[:4], np.longdouble)
+    peers = make_ladder(list_heyoka_runs(problem, end, ORDERS[::5] if quick else ORDERS), truth)
+    own = make_ladder(
+        [KreiselRun(METHOD, problem, end, Setting(tol=tol)) for tol in TOLERANCES], truth
+    )
+    function = time_function(problem, end, truth)
+    tightest = equal_error.NEAR * max(peers[-1][1], own[-1][1])
+    bands = [
+        measure_band(own, peers, target or tightest, rounds)
+        | {"tightest": not target, "function": function(target or tightest)}
+        for target in targets
+        if not target or target > tightest
+    ]
+    return {
+        "scene": name,
+        "end": end,
+        "rounds": rounds,
+        "processor": f"{machine.processor_name()}, {machine.describe_cores()}",
+        "bands": bands,
+    }
+
+
+def measure_band(own, peers, target, rounds):
+    """Return the times of kreisel's two calls and of heyoka at one error."""
+    ours, theirs = select_bracket(own, target), select_bracket(peers, target)
+    calls = {
+        HEYOKA: [make_heyoka_call(run) for run, _ in theirs],
+        SOLVE: [make_solve_call(run.scene, run.end, run.words["tol"]) for run, _ in ours],
+        RUN: [make_reused_call(run.scene, run.end, run.words["tol"]) for run, _ in ours],
+    }
+    samples = iter(sample_in_turn([call for each in calls.values() for call in each], rounds))
+    seconds = {
+        name: interpolate(theirs if name == HEYOKA else ours, [next(samples) for _ in each], target)
+        for name, each in calls.items()
+    }
+    return {"error": target, "seconds": seconds, "compiling": theirs[-1][0].setup}
+
+
+def compare(band, name):
+    """Return the median of heyoka's time over that of a call of kreisel, and that of the least."""
+    own, peer = band["seconds"][name], band["seconds"][HEYOKA]
+    return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
+
+
+def count_paying_runs(band):
+    """Return the runs after which heyoka gains the time of its compilation over kr.solve."""
+    gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
+    return band["compiling"] / gain if gain > 0 else inf
+
+
+def list_tasks(problems, budget, store):
+    rounds = 3 * budget.rounds
+    for name in QUICK if budget.quick else ENDS:
+        make = partial(measure_scene, name, rounds, quick=budget.quick)
+        yield Task(f"calls/{name}/{rounds}", make, 2.0 if budget.quick else 10.0, until=0.9)
+
+
+def load_findings(problems, store):
+    return store.under("calls/")
+
+
+def list_bands(found):
+    return [(scene, band) for scene in found for band in scene["bands"]]
+
+
+def format_band(scene, band):
+    """Return a row of the table."""
+    seconds, function = band["seconds"], band["function"]
+    runs = count_paying_runs(band)
+    return {
+        "scene": scene["scene"],
+        "end": f"{scene['end']:g}",
+        "error": format_digits(band["error"], ".1e")
+        if band["tightest"]
+        else format_power(band["error"]),
+        "times": [f"{1e6 * median(seconds[name]):.1f}" for name in (SOLVE, RUN, HEYOKA)],
+        "ratios": [
+            f"{middle:.2f} ({least:.2f})"
+            for middle, least in (compare(band, name) for name in (SOLVE, RUN))
+        ],
+        "function": format_digits(function and 1e3 * function, ".1f"),
+        "compiling": f"{band['compiling']:.2f}",
+        "paid": "never" if runs == inf else format_digits(runs, ".1e"),
+    }
+
+
+def describe_payment(found):
+    """Return sentences about heyoka's compilation and the runs that pay for it."""
+    bands = [band for _, band in list_bands(found)]
+    seconds = [band["compiling"] for band in bands]
+    runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
+    took = f"heyoka compiles an integrator for {min(seconds):.2f} to {max(seconds):.2f} s."
+    if not runs:
+        return f"{took} This is never paid, since its runs take longer than kr.solve."
+    return (
+        f"{took} This is paid in {len(runs)} of {len(bands)} rows, after at least {runs[0]:.1e} "
+        "runs; in the others kr.solve is faster."
+    )
+
+
+def conclude(found):
+    bands = [band for _, band in list_bands(found)]
+    said = []
+    for name, what in ((SOLVE, "kr.solve"), (RUN, "a kr.Run used again")):
+        ratios = [compare(band, name)[0] for band in bands]
+        said.append(
+            f"heyoka's integrator, used again, takes {format_brief(median(ratios))} times as long "
+            f"as {what} in the median of {len(bands)} rows, and {min(ratios):.2f} to "
+            f"{max(ratios):.2f} times in each."
+        )
+    return join_sentences(*said, describe_payment(found))
+
+
+def build_context(found):
+    return {
+        "rows": [format_band(*each) for each in list_bands(found)],
+        "processor": found[0]["processor"],
+        "rounds": found[0]["rounds"],
+        "payment": describe_payment(found),
+    }
+
+
+def list_rows(found):
+    """Yield the rows of the file."""
+    for scene, band in list_bands(found):
+        known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
+        for name, seconds in band["seconds"].items():
+            yield known | {
+                "program": name,
+                "seconds_median": f"{median(seconds):.4g}",
+                "seconds_least": f"{min(seconds):.4g}",
+                "compiling": f"{band['compiling']:.3g}" if name == HEYOKA else None,
+            }
+        if band["function"] is not None:
+            alone = f"{band['function']:.4g}"
+            yield known | {"program": FUNCTION, "seconds_median": alone, "seconds_least": alone}
+
+
+PART = Part(
+    "calls",
+    "Calls",
+    "Calls for one top, beside heyoka",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda found, about: [("calls.csv", write_csv(COLUMNS, list_rows(found)))],
+)
