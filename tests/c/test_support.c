@@ -258,7 +258,6 @@ static void test_refusals(void)
     }
     kr_top *top = NULL;
     kr_config tangents = {.tangents = KR_TANGENT_START}, headless = {.skip_heading = 1};
-    IS(kr_top_create(&tops[2], taylor(), tangents, &top) == KR_ERR_OPTION);
     IS(kr_top_create(&tops[0], taylor(), headless, &top) == KR_ERR_OPTION);
     tangents.tangents = KR_TANGENT_FRICTION;
     IS(kr_top_create(&plain, taylor(), tangents, &top) == KR_ERR_OPTION);

@@ -11,7 +11,7 @@ from .._model.scene import Scene
 from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
-# There are no tangents by the friction.
+# Only tops with friction have tangents by the friction.
 _ALL = "solve with tangents=" + repr(tuple(name for name in TANGENTS if name != "friction"))
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
     "tangents": "solve with tangents='start' to have it",
@@ -73,7 +73,9 @@ class TangentData(NamedTuple):
             "friction": (scene.friction,),
         }
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
-            raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
+            needed = tuple(name for name, numbers in data.items() if any(numbers))
+            hint = f"solve with tangents={needed!r}" if scene.friction else _ALL
+            raise AttributeError(f"this path has no 'conditioning': {hint} to have it")
         sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
         return read_only(_ROUNDING * (moved * sizes).sum(axis=1))
