@@ -260,8 +260,9 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
                                  v_sub(gyric, drag));
     const kr_vec3 gain = v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J),
                   turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W));
-    v_put(out, at->scene->friction > 0.0 || by->is_friction ? v3(NAN, NAN, NAN)
-                                         : sum_along(at->described, v_sub(gain, turned)));
+    v_put(out, at->scene->friction > 0.0 || by->is_friction
+                   ? v3(NAN, NAN, NAN)
+                   : sum_along(at->described, v_sub(gain, turned)));
 }
 
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {

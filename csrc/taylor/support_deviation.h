@@ -97,8 +97,8 @@ static void NAME(read_friction)(NAME(moving_path) * p, const kr_series path[2],
         p->ease = add(p->ease, over(mul(p->apex[i], p->apex[i]), of(data->A[i], 0.0)));
     }
     for (int n = 0; n < order; n++)
-        p->torque[n] = p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0])))
-                                : of(0.0, 0.0);
+        p->torque[n] =
+            p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
     if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
 }
 /* Expands the motion of the support along the path. */
@@ -260,8 +260,7 @@ static void NAME(begin_deviation)(const NAME(moving_path) * p, NAME(moving_devia
                                   const support_drive *drive, const kr_tangent *g,
                                   const double *high, int order)
 {
-    const double *low =
-        (const double *)(const void *)((const char *)high + sizeof *g);
+    const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
     (void)low;
     for (int i = 0; i < 3; i++) {
         d->turn.c[i][0] = of(high[1 + i], WORD(low[1 + i]));
@@ -276,8 +275,7 @@ static void NAME(jump)(const NAME(moving_path) * p, const support_drive *drive, 
 {
     NAME(moving_deviation) d;
     NAME(begin_deviation)(p, &d, drive, g, g->end, 1);
-    const number change = NAME(spin_change)(p, &d, 0),
-                 lost = mul(change, of(factor.hi, factor.lo));
+    const number change = NAME(spin_change)(p, &d, 0), lost = mul(change, of(factor.hi, factor.lo));
     if (HIGH(change) == 0.0) return;
     for (int i = 0; i < 3; i++) {
         const number rest = minus(d.push.c[i][0], mul(lost, p->apex[i]));

@@ -389,8 +389,8 @@ double kr_support_sliding(const kr_series *s)
 /* Returns the derivative of lane 0 of W at the end of the step. */
 static dd slope_at_end(const kr_series s[2], int order)
 {
-    const dd h = dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)),
-                        dd_add(dd_of(s[0].t), dd_of(s[1].t)));
+    const dd h =
+        dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
     dd sum = dd_of(0.0);
     for (int i = order; i > 0; i--)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));

@@ -15,11 +15,11 @@ static const double rest_over_tolerance = 0x1p9;
  * tangents follow it in memory. */
 typedef struct {
     kr_series path[2];
-    double parts;    /* number of parts of the last step */
-    double from, to; /* start and end of the last step */
-    double part;     /* number of the part whose series are in memory, from 1 */
-    double until;    /* end of this part */
-    double moving;   /* nonzero if the terms of support_deviation.h are needed */
+    double parts;            /* number of parts of the last step */
+    double from, to;         /* start and end of the last step */
+    double part;             /* number of the part whose series are in memory, from 1 */
+    double until;            /* end of this part */
+    double moving;           /* nonzero if the terms of support_deviation.h are needed */
     double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }

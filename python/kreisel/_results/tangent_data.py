@@ -17,7 +17,7 @@ TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the er
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
-    "conditioning": f"{_ALL} to have it",
+    "conditioning": f"{_ALL}, and by 'friction' if there is any, to have it",
     "derivative": "solve with tangents='start' to have it",
 }
 _ROUNDING = 2.0**-53
@@ -73,9 +73,8 @@ class TangentData(NamedTuple):
             "friction": (scene.friction,),
         }
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
-            needed = tuple(name for name, numbers in data.items() if any(numbers))
-            hint = f"solve with tangents={needed!r}" if scene.friction else _ALL
-            raise AttributeError(f"this path has no 'conditioning': {hint} to have it")
+            hint = TANGENT_ATTRIBUTES["conditioning"]
+            raise AttributeError(f"this path has no 'conditioning': {hint}")
         sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
         return read_only(_ROUNDING * (moved * sizes).sum(axis=1))
