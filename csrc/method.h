@@ -83,13 +83,16 @@ typedef enum kr_timing {
     KR_TIMING_PHASE
 } kr_timing;
 /* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration; the
- * lever varies with the time as `timing` says. `turning` is that of the support in space. */
+ * lever varies with the time as `timing` says. `turning` is that of the support in space, `apex`
+ * that of the apex, and `friction` that of the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
     double moments[6], damping[6];
     kr_vec3 turning;
     kr_timing timing;
+    vec_dd apex;
+    double friction;
 } kr_seed;
 /* Functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {

@@ -39,7 +39,8 @@ static kr_seed *add_seed(seed_list *to)
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
                           .lever = zero_vector,
                           .rotor = zero_vector,
-                          .pull = zero_vector};
+                          .pull = zero_vector,
+                          .apex = zero_vector};
     *to->next = zero;
     return to->next++;
 }
@@ -89,6 +90,23 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
+/* Writes the three seeds of the centre of mass. They change the apex, too, if there is one. */
+static void seed_com(seed_list *to, const kr_body *body, double gravity)
+{
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const double size = v_largest(body->com);
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 axis = v3(i == 0, i == 1, i == 2);
+        seed_lever(to, two_product(body->mass, gravity), body->mass, axis, KR_TIMING_STRENGTH);
+        if (!(size > 0.0)) continue;
+        const double unit = times_power_of_2(1.0, -exponent_of(size));
+        const vec_dd com = v_dd(q_turn_back(to->working, v_scale(unit, body->com)), none),
+                     by = v_dd(q_turn_back(to->working, axis), none);
+        const dd square = vdd_dot(com, com), along = dd_div(vdd_dot(com, by), square);
+        const vec_dd across = vdd_add(by, vdd_scale(dd_neg(along), com));
+        to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
+    }
+}
 /* Writes the three seeds of the rotor. */
 static void seed_rotor(seed_list *to)
 {
@@ -117,15 +135,14 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     to->working = kr_top_working_axes(top).axes;
     if (by & KR_TANGENT_START) seed_start(to, top);
     if (by & KR_TANGENT_MOMENTS) seed_moments(to);
-    for (int i = 0; i < 3 && by & KR_TANGENT_COM; i++)
-        seed_lever(to, two_product(body->mass, g), body->mass, v3(i == 0, i == 1, i == 2),
-                   KR_TIMING_STRENGTH);
+    if (by & KR_TANGENT_COM) seed_com(to, body, g);
     if (by & KR_TANGENT_GRAVITY)
         seed_lever(to, dd_of(body->mass), body->mass, body->com, KR_TIMING_UNIFORM);
     if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), 1.0, body->com, KR_TIMING_STRENGTH);
     if (by & KR_TANGENT_DAMPING) seed_damping(to);
     if (by & KR_TANGENT_ROTOR) seed_rotor(to);
     seed_support(to, body, by);
+    if (by & KR_TANGENT_FRICTION) add_seed(to)->friction = 1.0;
 }
 void kr_tangents_start(kr_top *top)
 {
@@ -148,7 +165,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     const size_t begin = kr_tangent_columns(by & KR_TANGENT_START),
                  end = kr_tangent_columns(by & (2 * KR_TANGENT_MASS - 1)),
                  rotor = kr_tangent_columns(by & (2 * KR_TANGENT_DAMPING - 1)),
-                 turning = kr_tangent_columns(by & (2 * KR_TANGENT_ROTOR - 1));
+                 turning = kr_tangent_columns(by & (2 * KR_TANGENT_ROTOR - 1)),
+                 friction = kr_tangent_columns(by & (2 * KR_TANGENT_SHAKING - 1));
     const double moment = top->momentum_unit * top->time_unit;
     for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
     for (size_t i = 0; i < 3; i++) {
@@ -158,6 +176,7 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
         if (by & KR_TANGENT_ROTOR) unit[rotor + i] = top->momentum_unit;
         if (by & KR_TANGENT_TURNING) unit[turning + i] = 1.0 / top->time_unit;
     }
+    if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
 /* Returns a rotation vector in the frame of description, given in working axes. Up to 16 digits the
  * rotation is in doubles. `axes` is kr_extended_axes. */

@@ -244,8 +244,6 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     if (config->digits > 0 && !(flags & KR_METHOD_DIGITS)) return KR_ERR_OPTION;
     if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
     if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
-    /* The stop of a top by dry friction has no derivatives. */
-    if (config->tangents & KR_TANGENT_FRICTION) return KR_ERR_OPTION;
     if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
     const int is_built =
         (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
@@ -261,6 +259,13 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
+/* Returns 0 if the scene has no derivatives of these kinds due to its friction: friction 0 can only
+ * grow, and a centre of mass at the fixed point does not give the apex. */
+static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
+{
+    if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
+    return v_largest(scene->body.com) > 0.0 || !(tangents & KR_TANGENT_COM);
+}
 /* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
  * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
@@ -275,7 +280,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (status != KR_OK) return status;
     /* On a support that turns, the rotation about the vertical changes the motion. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
-    if (config->tangents && scene->friction > 0.0) return KR_ERR_OPTION;
+    if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }

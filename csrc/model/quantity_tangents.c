@@ -29,7 +29,7 @@ typedef struct quantity_change {
     kr_vec3 moments, com, damping, rotor, turning;
     int shaking; /* 1 amplitude, 2 rate, 3 phase */
     double weight;
-    int changes_com, is_mass;
+    int changes_com, is_mass, is_friction;
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
@@ -260,8 +260,9 @@ static void tangent_of_body_acceleration(const quantity_point *at, const quantit
                                  v_sub(gyric, drag));
     const kr_vec3 gain = v_over(v_sub(change, v_times(by->moments, v_over(torque, J))), J),
                   turned = v_add(v_cross(by->O, at->W), v_cross(at->O, by->W));
-    v_put(out, at->scene->friction > 0.0 ? v3(NAN, NAN, NAN)
-                                         : sum_along(at->described, v_sub(gain, turned)));
+    v_put(out, at->scene->friction > 0.0 || by->is_friction
+                   ? v3(NAN, NAN, NAN)
+                   : sum_along(at->described, v_sub(gain, turned)));
 }
 
 static quantity_tangent *const quantity_tangents[KR_QUANTITIES] = {
@@ -339,6 +340,7 @@ static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quan
     for (int i = 0; i < 3 && tangents & KR_TANGENT_TURNING; i++, by++)
         by->turning = v3(i == 0, i == 1, i == 2);
     for (int i = 0; i < 3 && tangents & KR_TANGENT_SHAKING; i++) by++->shaking = 1 + i;
+    if (tangents & KR_TANGENT_FRICTION) by->is_friction = 1;
 }
 void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                           const kr_state states[], uint64_t by, const double tangents[],

@@ -1,9 +1,11 @@
-/* The recurrence of tangents.h for tops on a support that turns or shakes (support.h), and for
- * derivatives by the motion of the support:
+/* The recurrence of tangents.h for tops with dry friction or on a support that turns or shakes
+ * (support.h), and for derivatives by the motion of the support or by the friction:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
- *          + (D U) x theta - D (theta' - theta x U) - F U
- * with the derivatives y of the rotor, E of O, and b and k of the lever and of the acceleration.
+ *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
+ * with the derivatives y of the rotor, E of O, b and k of the lever and of the acceleration, d of
+ * the apex a, and g of the torque f of the friction. If friction holds the top, g is such that the
+ * spin <U, a> has no derivative.
  * This source is included once for doubles and once for
  * double-doubles, like slow_terms.h. */
 
@@ -12,16 +14,21 @@ typedef struct NAME(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } NAME(series);
 /* The path about the start of a part of a step. `body` is the support's turning seen from the body,
- * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P. */
+ * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P. `torque` is
+ * that of the friction, and `ease` is <a / A, a>. */
 typedef struct NAME(moving_path) {
     NAME(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
-    number A[3], D[3], lever[3];
+    number torque[KR_TAYLOR_MAX + 1];
+    number A[3], D[3], lever[3], apex[3], ease;
     number q[4];
+    int rubs, holds;
 } NAME(moving_path);
-/* A deviation: theta, N and c x theta; and the terms of theta' and N' that do not depend on it. */
+/* A deviation: theta, N, c x theta and theta x a + d; and the terms of theta' and N' that do not
+ * depend on it. */
 typedef struct NAME(moving_deviation) {
-    NAME(series) turn, push, cross, turn_by, push_by;
+    NAME(series) turn, push, cross, leaned, turn_by, push_by;
+    number apex[3];
 } NAME(moving_deviation);
 
 /* Returns component i of coefficient n of the cross product of two series. */
@@ -76,6 +83,24 @@ static void NAME(pull_vertical)(NAME(moving_path) * p, number base, number sway,
         p->pulled.c[i][n] = add(mul(base, p->vertical.c[i][n]), mul(sway, sum));
     }
 }
+/* Sets the torque of the friction: a constant while the top slides, and lane 0 of W while friction
+ * holds it. */
+static void NAME(read_friction)(NAME(moving_path) * p, const kr_series path[2],
+                                const support_data *data, int order)
+{
+    const number friction = of(data->friction, 0.0);
+    p->rubs = data->friction > 0.0;
+    p->holds = data->holds;
+    p->ease = of(0.0, 0.0);
+    for (int i = 0; i < 3; i++) {
+        p->apex[i] = of(data->apex[i].hi, data->apex[i].lo);
+        p->ease = add(p->ease, over(mul(p->apex[i], p->apex[i]), of(data->A[i], 0.0)));
+    }
+    for (int n = 0; n < order; n++)
+        p->torque[n] =
+            p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
+    if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
+}
 /* Expands the motion of the support along the path. */
 static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
                             const support_data *data, int order)
@@ -98,6 +123,7 @@ static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
     }
     p->cosine[0] = of(data->cosine.hi, data->cosine.lo);
     p->sine[0] = of(data->sine.hi, data->sine.lo);
+    NAME(read_friction)(p, path, data, order);
     for (int n = 0; n < order; n++) {
         const number share = over(rate, of(n + 1, 0.0));
         NAME(set_velocity)(p, path, n, h);
@@ -106,6 +132,7 @@ static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
         p->cosine[n + 1] = minus(of(0.0, 0.0), mul(share, p->sine[n]));
         p->sine[n + 1] = mul(share, p->cosine[n]);
     }
+    if (p->holds) NAME(set_velocity)(p, path, order, h);
 }
 /* Adds coefficient n of k P x b, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
@@ -143,7 +170,7 @@ static void NAME(set_drive)(const NAME(moving_path) * p, NAME(moving_deviation) 
             turned.c[i][0] = add(
                 turned.c[i][0], mul(of(drive->turning[axis], 0.0), NAME(seen_axis)(p->q, axis, i)));
     }
-    for (int n = 0; n < order; n++) {
+    for (int n = 0; n < order + p->holds; n++) {
         for (int i = 0; i < 3; i++) {
             number moved = of(0.0, 0.0), dragged = of(0.0, 0.0);
             for (int m = 0; m < 3; m++) {
@@ -156,9 +183,57 @@ static void NAME(set_drive)(const NAME(moving_path) * p, NAME(moving_deviation) 
             d->push_by.c[i][n] = minus(minus(of(0.0, 0.0), dragged),
                                        mul(per_rate, NAME(cross)(&turned, &p->momentum, i, n)));
         }
+        if (n == order) break;
         if (drive->has_pull) NAME(add_pull)(p, d, drive, n);
         NAME(turn_series)(&turned, &p->relative, n);
     }
+}
+/* Sets the change of the apex, and adds the derivative of the torque of a top that slides. */
+static void NAME(set_friction_drive)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
+                                     const support_drive *drive)
+{
+    for (int i = 0; i < 3; i++) {
+        d->apex[i] = of(drive->apex[i].hi, drive->apex[i].lo);
+        d->push_by.c[i][0] = add(d->push_by.c[i][0], mul(of(drive->torque, 0.0), p->apex[i]));
+    }
+}
+/* Returns component i of coefficient n of theta'. */
+static number NAME(turn_rate)(const NAME(moving_path) * p, const NAME(moving_deviation) * d, int i,
+                              int n)
+{
+    const number own = add(d->push.c[i][n], NAME(cross)(&p->momentum, &d->turn, i, n));
+    return add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
+               NAME(cross)(&d->turn, &p->velocity, i, n));
+}
+/* Returns coefficient n of the derivative of the spin <U, a>. */
+static number NAME(spin_change)(const NAME(moving_path) * p, const NAME(moving_deviation) * d,
+                                int n)
+{
+    number sum = of(0.0, 0.0);
+    for (int i = 0; i < 3; i++) {
+        const number slipped =
+            minus(NAME(turn_rate)(p, d, i, n), NAME(cross)(&d->turn, &p->relative, i, n));
+        sum = add(sum, add(mul(p->apex[i], slipped), mul(d->apex[i], p->relative.c[i][n])));
+    }
+    return sum;
+}
+/* Adds the terms of friction to coefficient n + 1 of N. */
+static void NAME(add_friction)(const NAME(moving_path) * p, NAME(moving_deviation) * d, int n)
+{
+    const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        number sum = minus(mul(d->turn.c[j][n], p->apex[k]), mul(d->turn.c[k][n], p->apex[j]));
+        d->leaned.c[i][n] = n == 0 ? add(sum, d->apex[i]) : sum;
+        sum = mul(p->torque[0], d->leaned.c[i][n]);
+        for (int m = 1; m <= n && p->holds; m++)
+            sum = add(sum, mul(p->torque[m], d->leaned.c[i][n - m]));
+        d->push.c[i][n + 1] = add(d->push.c[i][n + 1], mul(share, sum));
+    }
+    if (!p->holds) return;
+    const number lost = over(NAME(spin_change)(p, d, n + 1), p->ease);
+    for (int i = 0; i < 3; i++)
+        d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
 /* Sets coefficient n + 1 of a deviation. */
 static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviation) * d, int n)
@@ -170,9 +245,7 @@ static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviat
             minus(mul(p->lever[j], d->turn.c[k][n]), mul(p->lever[k], d->turn.c[j][n]));
     }
     for (int i = 0; i < 3; i++) {
-        const number own = add(d->push.c[i][n], NAME(cross)(&p->momentum, &d->turn, i, n)),
-                     rate = add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
-                                NAME(cross)(&d->turn, &p->velocity, i, n)),
+        const number rate = NAME(turn_rate)(p, d, i, n),
                      slipped = minus(rate, NAME(cross)(&d->turn, &p->relative, i, n)),
                      force = add(add(NAME(cross)(&d->push, &p->velocity, i, n), d->push_by.c[i][n]),
                                  NAME(cross)(&d->cross, &p->pulled, i, n)),
@@ -180,17 +253,41 @@ static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviat
         d->turn.c[i][n + 1] = mul(share, rate);
         d->push.c[i][n + 1] = mul(share, minus(force, drag));
     }
+    if (p->rubs) NAME(add_friction)(p, d, n);
+}
+/* Sets coefficient 0 of a deviation, and the terms that do not depend on it. */
+static void NAME(begin_deviation)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
+                                  const support_drive *drive, const kr_tangent *g,
+                                  const double *high, int order)
+{
+    const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
+    (void)low;
+    for (int i = 0; i < 3; i++) {
+        d->turn.c[i][0] = of(high[1 + i], WORD(low[1 + i]));
+        d->push.c[i][0] = of(high[5 + i], WORD(low[5 + i]));
+    }
+    NAME(set_drive)(p, d, drive, order);
+    if (p->rubs) NAME(set_friction_drive)(p, d, drive);
+}
+/* Adds factor * (derivative of the spin) * a to -N at the end of the step. */
+static void NAME(jump)(const NAME(moving_path) * p, const support_drive *drive, kr_tangent *g,
+                       dd factor)
+{
+    NAME(moving_deviation) d;
+    NAME(begin_deviation)(p, &d, drive, g, g->end, 1);
+    const number change = NAME(spin_change)(p, &d, 0), lost = mul(change, of(factor.hi, factor.lo));
+    if (HIGH(change) == 0.0) return;
+    for (int i = 0; i < 3; i++) {
+        const number rest = minus(d.push.c[i][0], mul(lost, p->apex[i]));
+        SET(g, end[5 + i], rest);
+    }
 }
 /* Computes the coefficients of a deviation from coefficient 0. */
 static void NAME(expand_deviation)(const NAME(moving_path) * p, const support_drive *drive,
                                    kr_tangent *g, int order)
 {
     NAME(moving_deviation) d;
-    for (int i = 0; i < 3; i++) {
-        d.turn.c[i][0] = of(g[0].x[0][1 + i], WORD(g[1].x[0][1 + i]));
-        d.push.c[i][0] = of(g[0].x[0][5 + i], WORD(g[1].x[0][5 + i]));
-    }
-    NAME(set_drive)(p, &d, drive, order);
+    NAME(begin_deviation)(p, &d, drive, g, g->x[0], order);
     for (int n = 0; n < order; n++) {
         NAME(next_deviation)(p, &d, n);
         for (int i = 0; i < 3; i++) {

@@ -33,6 +33,10 @@ static double friction_of(const kr_motion *motion)
 {
     return fmin(motion->scene->friction / motion->momentum_unit * motion->time_unit, MOST_FRICTION);
 }
+double kr_support_friction(const kr_motion *motion, double rate)
+{
+    return friction_of(motion) / (rate * rate);
+}
 /* Returns mass * com * acceleration in the units of the motion. */
 static vec_dd lever_of(const kr_motion *motion, dd acceleration)
 {
@@ -103,7 +107,7 @@ static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
     const dd ease = vdd_dot(apex, eased), per_ease = dd_div(dd_of(1.0), ease);
-    const double friction = friction_of(motion) / (rate * rate);
+    const double friction = kr_support_friction(motion, rate);
     set_vector_words(s[0].apex, s[1].apex, apex);
     set_vector_words(s[0].yield, s[1].yield, vdd_scale(per_ease, eased));
     put_words(s, &s[0].per_grip, dd_div(per_ease, dd_of(friction)));
@@ -358,7 +362,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
 static void set_mode(kr_taylor *p, const kr_motion *motion)
 {
     kr_series *s = p->series;
-    const double friction = friction_of(motion) / (p->rate * p->rate);
+    const double friction = kr_support_friction(motion, p->rate);
     const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
                  eased = divide_by_axes(apex, motion->inertia);
     s[0].slides = p->sliding != 0.0;
@@ -380,6 +384,42 @@ static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
     if (!(size > 1.0) || !(size < INFINITY)) return;
     frexp(size, &exponent);
     set_rate(p, motion, ldexp(p->rate, exponent));
+}
+double kr_support_sliding(const kr_series *s)
+{
+    int k = 1;
+    if (s->slides == 0.0) return 0.0;
+    for (int i = 2; i < 4; i++)
+        if (fabs(s->apex[i]) > fabs(s->apex[k])) k = i;
+    return (s->rub[k] > 0.0) == (s->apex[k] > 0.0) ? -1.0 : 1.0;
+}
+/* Returns the derivative of lane 0 of W at the end of the step. */
+static dd slope_at_end(const kr_series s[2], int order)
+{
+    const dd h =
+        dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
+    dd sum = dd_of(0.0);
+    for (int i = order; i > 0; i--)
+        sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
+    return sum;
+}
+int kr_support_jumps(const kr_motion *motion, int order, dd *factor)
+{
+    const kr_taylor *p = taylor_of(motion);
+    const kr_series *s = p->series;
+    const double before = kr_support_sliding(s), friction = kr_support_friction(motion, p->rate);
+    const int is_start = s->slides == 0.0 && s->holds == 0.0;
+    if (!(friction > 0.0) || s->holds != 0.0 || (!is_start && p->sliding == before)) return 0;
+    if (p->sliding == 0.0) {
+        *factor = dd_times(friction, dd_make(s[0].per_grip, s[1].per_grip));
+        return motion->step >= 0.0;
+    }
+    if (is_start) {
+        *factor = dd_of(NAN);
+        return fabs(spin_at_end(s).hi) <= negligible_spin(motion);
+    }
+    *factor = dd_div(dd_of(-2.0 * before * friction), slope_at_end(s, order));
+    return 1;
 }
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
 {

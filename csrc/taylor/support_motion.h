@@ -31,6 +31,15 @@ void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Finds out whether the top slides or is held by friction at the start. */
 void kr_support_start(const kr_motion *motion);
+/* Returns the friction in units of a series. */
+double kr_support_friction(const kr_motion *motion, double rate);
+/* Returns the sign of the spin of a top that slides in this step, 0 if friction holds the top. */
+double kr_support_sliding(const kr_series *s);
+/* Returns 1 if friction changes its direction at the end of the last step, or holds the top from
+ * then on. Writes the factor of kr_support_jump_tangents. It is NaN at the start of a top without
+ * spin that friction cannot hold: the direction of the friction then depends on the sign of the
+ * change. */
+int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Makes the next step. With friction, a step ends where the spin reaches 0, and where friction can
  * hold the top no longer. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);

@@ -1,4 +1,4 @@
-/* Tangents of tops on moving supports: the terms of support_deviation.h. */
+/* Tangents of tops with dry friction or on moving supports: the terms of support_deviation.h. */
 #include <string.h>
 #include "series_words.h"
 #include "support_motion.h"
@@ -10,12 +10,18 @@
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
+    /* The apex, the friction, the sign of the spin of a top that slides; nonzero if friction holds
+     * the top. */
+    dd apex[3];
+    double friction, sliding;
+    int holds;
 } support_data;
-/* Derivatives by the parameter of a deviation: B, F, y, that of the support's turning in space, and
- * b and k (support_deviation.h). */
+/* Derivatives by the parameter of a deviation: B, F, y, that of the support's turning in space, b
+ * and k (support_deviation.h), and of the apex and of the torque of a top that slides. */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
-    dd rotor[3], pull[3], scale[4];
+    dd rotor[3], pull[3], scale[4], apex[3];
+    double torque;
     int has_pull;
 } support_drive;
 
@@ -23,6 +29,7 @@ typedef struct support_drive {
 #define NAME(x) plain_##x
 #define of(hi, lo) ((void)(lo), (double)(hi))
 #define WORD(x) 0.0
+#define HIGH(a) (a)
 #define SET(g, member, value) ((g)[0].member = (value))
 #define add(a, b) ((a) + (b))
 #define minus(a, b) ((a) - (b))
@@ -33,6 +40,7 @@ typedef struct support_drive {
 #undef NAME
 #undef of
 #undef WORD
+#undef HIGH
 #undef SET
 #undef add
 #undef minus
@@ -42,6 +50,7 @@ typedef struct support_drive {
 #define NAME(x) deep_##x
 #define of(hi, lo) dd_make((double)(hi), (lo))
 #define WORD(x) (x)
+#define HIGH(a) ((a).hi)
 #define SET(g, member, value) ((g)[0].member = (value).hi, (g)[1].member = (value).lo)
 #define add dd_add
 #define minus dd_sub
@@ -78,16 +87,21 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.q[0] = q.w;
     put_three(data.q + 1, q.v);
     kr_support_phase(motion, rate, path->t, deep ? path[1].t : 0.0, &data.cosine, &data.sine);
+    if (!(motion->scene->friction > 0.0)) return data;
+    put_three(data.apex, v_dd(v_of(path->apex + 1), v_of(deep ? path[1].apex + 1 : zero)));
+    data.friction = kr_support_friction(motion, rate);
+    data.sliding = kr_support_sliding(path);
+    data.holds = path->holds != 0.0;
     return data;
 }
 /* Sets k, the derivative of the acceleration for a unit of the lever per acceleration b, or of the
  * acceleration by a number of the shaking. */
-static void set_scale(const kr_motion *motion, double rate, double since, double timing,
-                      dd scale[4])
+static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;
-    const double unit = motion->time_unit / rate, t = motion->scene->start.t + unit * since;
-    const dd square = two_product(shaking->rate, shaking->rate),
+    const double unit = motion->time_unit / rate;
+    const dd t = dd_add(dd_of(motion->scene->start.t), dd_scale(unit, since)),
+             square = two_product(shaking->rate, shaking->rate),
              most = dd_times(shaking->amplitude, square),
              twice = two_product(2.0 * shaking->amplitude, shaking->rate);
     switch ((int)timing) {
@@ -103,7 +117,7 @@ static void set_scale(const kr_motion *motion, double rate, double since, double
         break;
     case KR_TIMING_RATE:
         scale[1] = dd_neg(twice);
-        scale[2] = dd_times(t, most);
+        scale[2] = dd_mul(t, most);
         scale[3] = dd_times(unit, most);
         break;
     default:
@@ -111,11 +125,12 @@ static void set_scale(const kr_motion *motion, double rate, double since, double
         break;
     }
 }
-static support_drive read_drive(const kr_motion *motion, double rate, double since,
+static support_drive read_drive(const kr_motion *motion, double rate, const kr_series path[2],
                                 const kr_tangent *g)
 {
     support_drive drive;
     const int deep = motion->digits > 16;
+    const dd since = dd_make(path->t, deep ? path[1].t : 0.0);
     memset(&drive, 0, sizeof drive);
     for (int i = 0; i < 3; i++)
         for (int row = 0; row < 3; row++) {
@@ -128,6 +143,8 @@ static support_drive read_drive(const kr_motion *motion, double rate, double sin
     put_three(drive.pull, words_of_vector(g, g->pull, deep));
     drive.has_pull = g->timing != 0.0;
     if (drive.has_pull) set_scale(motion, rate, since, g->timing, drive.scale);
+    put_three(drive.apex, words_of_vector(g, g->apex_of, deep));
+    drive.torque = -kr_support_sliding(path) * g->friction_of;
     return drive;
 }
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
@@ -143,10 +160,38 @@ void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_s
         plain_read_path(&plain, path, &data, order);
     for (size_t i = 0; i < n; i++) {
         kr_tangent *g = first + (deep ? 2 : 1) * i;
-        const support_drive drive = read_drive(motion, rate, path->t, g);
+        const support_drive drive = read_drive(motion, rate, path, g);
         if (deep)
             deep_expand_deviation(&twice, &drive, g, order);
         else
             plain_expand_deviation(&plain, &drive, g, order);
+    }
+}
+void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
+                              kr_tangent *first, size_t n, dd factor)
+{
+    const int deep = motion->digits > 16;
+    kr_series path[2];
+    plain_moving_path plain;
+    deep_moving_path twice;
+    memcpy(path, ended, (deep ? 2 : 1) * sizeof *path);
+    for (int word = 0; word < 1 + deep; word++) {
+        memcpy(path[word].x[0], ended[word].end_x, sizeof ended->end_x);
+        memcpy(path[word].w[0], ended[word].end_w, sizeof ended->end_w);
+        path[word].t = ended[word].end;
+    }
+    path[0].slides = path[0].holds = 0.0;
+    const support_data data = read_support(motion, rate, path);
+    if (deep)
+        deep_read_path(&twice, path, &data, 1);
+    else
+        plain_read_path(&plain, path, &data, 1);
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = first + (deep ? 2 : 1) * i;
+        const support_drive drive = read_drive(motion, rate, path, g);
+        if (deep)
+            deep_jump(&twice, &drive, g, factor);
+        else
+            plain_jump(&plain, &drive, g, factor);
     }
 }

@@ -15,12 +15,12 @@ static const double rest_over_tolerance = 0x1p9;
  * tangents follow it in memory. */
 typedef struct {
     kr_series path[2];
-    double parts;    /* number of parts of the last step */
-    double from, to; /* start and end of the last step */
-    double part;     /* number of the part whose series are in memory, from 1 */
-    double until;    /* end of this part */
-    double moving;   /* nonzero if the terms of support_deviation.h are needed */
-    double unused[2];
+    double parts;            /* number of parts of the last step */
+    double from, to;         /* start and end of the last step */
+    double part;             /* number of the part whose series are in memory, from 1 */
+    double until;            /* end of this part */
+    double moving;           /* nonzero if the terms of support_deviation.h are needed */
+    double from_low, to_low; /* low words of `from` and `to` */
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
 
@@ -195,6 +195,8 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
         put_four(motion, g->pull, scale_exactly(1.0 / (rate * rate), seed->pull));
         v_put(g->turning_of + 1, seed->turning);
         g->timing = seed->timing;
+        put_four(motion, g->apex_of, seed->apex);
+        g->friction_of = seed->friction / (rate * rate);
     }
     if (at->apart > 0)
         for (size_t k = 0; k < 6; k++) {
@@ -213,6 +215,15 @@ static quat_dd path_attitude(const kr_motion *motion)
     const double *high = s[0].end_x, *low = s[1].end_x;
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
+}
+/* Changes the deviations at the end of the path's last step if the friction changes there. */
+static void pass_stop(const kr_motion *motion, double *memory, size_t n)
+{
+    const kr_taylor *p = series_work(motion);
+    dd factor;
+    if (motion->scene && motion->scene->friction > 0.0 &&
+        kr_support_jumps(motion, order_of(motion), &factor))
+        kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
 /* Returns 1 if the support moves, or if a deviation is due to its motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
@@ -241,6 +252,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
             motion, &to, to.from->end, 3,
             scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
     }
+    pass_stop(motion, memory, n);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = series_work(motion)->series[i % words].end;
@@ -309,7 +321,7 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     for (size_t word = 0; word < words; word++) {
         memcpy(part[word].end_x, part[word].at_x, sizeof part->end_x);
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
-        part[word].end = part[word].at;
+        part[word].t = part[word].end = part[word].at;
     }
     if (part->linear > 2.0) kr_support_place(part, motion, series_work(motion)->rate);
     kernel->advance(part, series_work(motion)->log2_tol, 1.0);
@@ -351,7 +363,7 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
     tangent_work *c = tangent_work_of(memory);
     expand_tangents(motion, memory, n);
     c->path[0].at = c->to;
-    c->path[1].at = 0.0;
+    c->path[1].at = c->to_low;
     double worst = sum_tangents(motion, memory, n);
     if (!(worst <= most)) worst = shorten(motion, memory, n, c->to, worst, most);
     c->until = c->path[0].at;
@@ -365,7 +377,7 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
     tangent_work *c = tangent_work_of(memory);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = i % words ? 0.0 : c->from;
+        g->t = i % words ? c->from_low : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
     memcpy(c->path, series_work(motion)->series, words * sizeof(kr_series));
@@ -407,9 +419,12 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     for (size_t i = 0; i < all; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
+    c->from_low = motion->digits > 16 ? s[1].t : 0.0;
+    c->to_low = motion->digits > 16 ? s[1].end : 0.0;
     const double last = propagate_over_parts(motion, memory, n);
     for (size_t i = 0; i < all; i++)
         for (int k = 0; k < 8; k++) first[i].end[k] = last < INFINITY ? first[i].part_end[k] : NAN;
+    if (last < INFINITY) pass_stop(motion, memory, n);
     if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
@@ -432,7 +447,7 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
     const size_t words = words_of(motion->digits);
     const tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
-    if (s->at == c->to && (words == 1 || s[1].at == 0.0)) {
+    if (s->at == c->to && (words == 1 || s[1].at == c->to_low)) {
         for (size_t i = 0; i < count_structs(memory, n) * words; i++)
             memcpy(first[i].at, first[i].end, sizeof first->end);
         return;

@@ -41,7 +41,8 @@ typedef struct kr_tangent {
     /* For support_deviation.h, of single deviations: the derivatives of the lever per acceleration,
      * (0, b), and of the support's turning in space; a kr_timing, which tells k. */
     double pull[4], turning_of[4], timing;
-    double unused[100];
+    double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
+    double unused[95];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

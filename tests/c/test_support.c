@@ -257,11 +257,12 @@ static void test_refusals(void)
         IS(kr_exact_turning(&tops[k], &turning) == KR_ERR_METHOD);
     }
     kr_top *top = NULL;
-    kr_config tangents = {.tangents = KR_TANGENT_START}, headless = {.skip_heading = 1};
-    IS(kr_top_create(&tops[2], taylor(), tangents, &top) == KR_ERR_OPTION);
+    kr_config tangents = {.tangents = KR_TANGENT_FRICTION}, headless = {.skip_heading = 1};
     IS(kr_top_create(&tops[0], taylor(), headless, &top) == KR_ERR_OPTION);
-    tangents.tangents = KR_TANGENT_FRICTION;
     IS(kr_top_create(&plain, taylor(), tangents, &top) == KR_ERR_OPTION);
+    tangents.tangents = KR_TANGENT_COM;
+    tops[2].body.com = v3(0.0, 0.0, 0.0);
+    IS(kr_top_create(&tops[2], taylor(), tangents, &top) == KR_ERR_OPTION);
 }
 static void test_bad_numbers(void)
 {

@@ -11,13 +11,13 @@ from .._model.scene import Scene
 from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
-# There are no tangents by the friction.
+# Only tops with friction have tangents by the friction.
 _ALL = "solve with tangents=" + repr(tuple(name for name in TANGENTS if name != "friction"))
 TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
-    "conditioning": f"{_ALL} to have it",
+    "conditioning": f"{_ALL}, and by 'friction' if there is any, to have it",
     "derivative": "solve with tangents='start' to have it",
 }
 _ROUNDING = 2.0**-53
@@ -73,7 +73,8 @@ class TangentData(NamedTuple):
             "friction": (scene.friction,),
         }
         if any(name not in self.by and any(numbers) for name, numbers in data.items()):
-            raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
+            hint = TANGENT_ATTRIBUTES["conditioning"]
+            raise AttributeError(f"this path has no 'conditioning': {hint}")
         sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
         return read_only(_ROUNDING * (moved * sizes).sum(axis=1))

@@ -31,6 +31,7 @@ TangentName = Literal[
     "rotor",
     "turning",
     "shaking",
+    "friction",
 ]
 TangentSpec = TangentName | Iterable[TangentName]
 
@@ -102,11 +103,19 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tops with friction, and for tangents by the friction."""
-    if np.any(tops.friction):
-        raise ValueError("tangents do not support tops with friction: its stop has no derivatives")
-    if "friction" in names:
-        raise ValueError("there are no tangents by the friction: its stop has no derivatives")
+    """Raise ValueError for tangents that do not exist due to the friction of the tops."""
+    rubs = np.asarray(tops.friction) > 0.0
+    if "friction" in names and not rubs.all():
+        raise ValueError(
+            "there are no tangents by a friction of 0, because it cannot decrease: leave out "
+            "'friction'"
+        )
+    without_com = ~np.any(np.asarray(tops.body.com), axis=-1)
+    if "com" in names and np.any(rubs & without_com):
+        raise ValueError(
+            "there are no tangents by com for tops with friction and com = 0, because com gives "
+            "the axis of friction: leave out 'com'"
+        )
 
 
 def record_tangents(
