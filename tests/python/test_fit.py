@@ -233,6 +233,26 @@ def test_outliers_do_not_spoil_a_soft_fit(kind):
         assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
 
 
+def test_residuals_that_sigma_does_not_explain_are_said_in_a_soft_fit():
+    [series] = gyroscope().series
+    record = kr.Record(gyroscope().t, {"body_velocity": series.values}, 0.5 * SIGMA)
+    with pytest.warns(UserWarning, match="false minimum"):
+        found = kr.fit(HEAVY, record, loss="soft")
+    assert 1.8 < found.excess < 2.2
+    assert "times as large as sigma explains" in str(found)
+    good = kr.fit(HEAVY, gyroscope(), loss="soft")
+    assert good.excess == 0.0 and "sigma explains" not in str(good)
+
+
+def test_an_outlier_in_the_first_row_does_not_spoil_a_soft_fit():
+    values = tip().series[0].values.copy()
+    values[0] = (0.9, -0.3, -0.8)
+    record = kr.Record(tip().t, {"apex": values}, 0.005)
+    soft = kr.fit(SYMMETRIC_GUESS, record, ("start", "moments"), loss="soft")
+    assert soft.excess == 0.0
+    assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
+
+
 def test_a_fit_of_guesses_returns_the_best():
     guesses = HEAVY.vary(velocity=[(0.0, 0.0, -5.0), HEAVY_VELOCITY, (5.0, 0.0, 0.0)])
     best = kr.fit(guesses, gyroscope())
