@@ -50,9 +50,9 @@ def fit(
               guesses, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
-              length "lever", "gravity", "mass", "damping" and "axes", the principal axes in the
-              frame of description. Moments or dampings that are equal in `scene` stay equal.
-              A rotor stays as in `scene`, and excludes "axes"
+              length "lever", "gravity", "mass", "damping", "rotor" and "axes", the principal axes
+              in the frame of description. Moments or dampings that are equal in `scene` stay
+              equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for
@@ -81,7 +81,7 @@ def fit(
     and for a quantity that no free parameter changes. Raises kreisel.Error if no motion can be
     computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C, with the
     best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
-    motion fits the records, and if residuals of a soft fit are larger than the given sigma explains.
+    motion fits the records, and if residuals of a soft fit are larger than sigma explains.
     """
     guesses = _parse_scenes(scene)
     refuse_disturbances(scene, "kreisel.fit does not support tops", allowed=("damping",))

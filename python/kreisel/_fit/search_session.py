@@ -266,7 +266,8 @@ class SearchSession:
         found = minimize(self.model, point, settings)
         if np.isfinite(found.cost):
             self._keep(found, self.model)
-        if before is not None and found.cost > (1.0 - _SAME) * before.cost:
+        has_ended = before is not None and before.has_converged
+        if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign(self) -> None:
