@@ -185,6 +185,9 @@ class SearchSession:
             if self._is_excellent():
                 return
             self._search_from(point, agreement)
+        if points and self.loss == "soft":  # outliers look like disagreement
+            nearest = min(points, key=lambda entry: entry[1])
+            self._search_from(nearest[2], self._end)
         if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
             self._search_slowly(points[0][2])
 
