@@ -233,6 +233,76 @@ def test_outliers_do_not_spoil_a_soft_fit(kind):
         assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
 
 
+def test_residuals_that_sigma_does_not_explain_are_said_in_a_soft_fit():
+    [series] = gyroscope().series
+    record = kr.Record(gyroscope().t, {"body_velocity": series.values}, 0.5 * SIGMA)
+    with pytest.warns(UserWarning, match="false minimum"):
+        found = kr.fit(HEAVY, record, loss="soft")
+    assert 1.8 < found.excess < 2.2
+    assert "times as large as sigma explains" in str(found)
+    good = kr.fit(HEAVY, gyroscope(), loss="soft")
+    assert good.excess == 0.0 and "sigma explains" not in str(good)
+
+
+def test_an_outlier_in_the_first_row_does_not_spoil_a_soft_fit():
+    values = tip().series[0].values.copy()
+    values[0] = (0.9, -0.3, -0.8)
+    record = kr.Record(tip().t, {"apex": values}, 0.005)
+    soft = kr.fit(SYMMETRIC_GUESS, record, ("start", "moments"), loss="soft")
+    assert soft.excess == 0.0
+    assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
+
+
+def add_rotor(rotor):
+    body = HEAVY.body
+    turned = kr.Body(1.0, body.moments, com=body.com, rotor=rotor, unphysical=True)
+    return HEAVY.replace(body=turned)
+
+
+ROTOR = (0.5, -0.8, 2.0)
+WITH_ROTOR = add_rotor(ROTOR)
+
+
+@pytest.mark.parametrize("free", [("start", "rotor"), ("start", "rotor", "moments")])
+def test_a_rotor_is_found(free):
+    found = kr.fit(HEAVY, gyroscope(WITH_ROTOR), free)
+    assert found.chi2 < 1.2 * found.dof and found.unidentified == (HEADING,)
+    for axis, true in zip("xyz", ROTOR, strict=True):
+        name = f"rotor_{axis}"
+        assert abs(found.values[name] - true) < 3.5 * found.error[name] < 0.05
+    rotor = [found.values[f"rotor_{axis}"] for axis in "xyz"]
+    assert found.scene.body.rotor == pytest.approx(rotor, abs=1e-12)
+
+
+def test_blind_directions_of_a_rotor_are_named():
+    free = ("start", "moments", "rotor")
+    body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0, 0, 0), rotor=ROTOR, unphysical=True)
+    found = kr.fit(HEAVY.replace(body=body), gyroscope(HEAVY.replace(body=body)), free)
+    assert any("damping and rotor over moments" in sentence for sentence in found.unidentified)
+    t = np.linspace(0.0, 1.0, 100)
+    record = kr.Record(t, {"apex": kr.solve(SYMMETRIC, t).apex}, 0.01)
+    [sentence] = kr.fit(SYMMETRIC, record, ("velocity", "rotor")).unidentified
+    assert sentence == "the rotor against the spin: only the momentum about the axis counts"
+
+
+def test_a_rotor_is_found_in_pieces():
+    record = gyroscope(WITH_ROTOR)
+    near, free = add_rotor((0.4, -0.7, 1.8)), ("start", "rotor")
+    whole, parts = kr.fit(near, record, free), kr.fit(near, record, free, pieces=3)
+    assert len(parts.piece_starts) == 3
+    for name in ("rotor_x", "rotor_y", "rotor_z"):
+        assert parts.values[name] == pytest.approx(whole.values[name], abs=0.1 * whole.error[name])
+
+
+@pytest.mark.parametrize(
+    "free, message",
+    [("friction", "friction cannot be free: its stop"), (("rotor", "axes"), "axes cannot be free")],
+)
+def test_what_has_no_derivatives_cannot_be_free(free, message):
+    with pytest.raises(ValueError, match=message):
+        kr.fit(HEAVY, gyroscope(), free)
+
+
 def test_a_fit_of_guesses_returns_the_best():
     guesses = HEAVY.vary(velocity=[(0.0, 0.0, -5.0), HEAVY_VELOCITY, (5.0, 0.0, 0.0)])
     best = kr.fit(guesses, gyroscope())

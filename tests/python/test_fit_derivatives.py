@@ -63,6 +63,7 @@ def make_model(name, scene, free):
             (name, ALL, "turned")
             for name in ("q", "body_velocity", "specific_force", "frame", "spin_angle")
         ),
+        *((name, (*ALL[:-1], "rotor"), "turned") for name in MEASURABLE),
         *((name, ("lever",), "turned") for name in ("apex", "potential", "spin")),
     ],
 )

@@ -14,7 +14,7 @@ from .levenberg_marquardt import LossName
 from .parameters import FreeName, Parameters, parse_free
 from .records import Record
 from .search_session import SearchSession
-from .summary import describe_misfit, is_misfit
+from .summary import describe_excess, describe_misfit, is_misfit
 
 Progress = Callable[[int, float], object]
 LOSSES: tuple[LossName, ...] = ("linear", "soft")
@@ -50,9 +50,9 @@ def fit(
               guesses, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
-              length "lever", "gravity", "mass", "damping" and "axes", the principal axes in the
-              frame of description. Moments or dampings that are equal in `scene` stay equal.
-              A rotor stays as in `scene`, and excludes "axes"
+              length "lever", "gravity", "mass", "damping", "rotor" and "axes", the principal axes
+              in the frame of description. Moments or dampings that are equal in `scene` stay
+              equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for
@@ -80,8 +80,8 @@ def fit(
     Raises TypeError or ValueError for invalid arguments, for fewer numbers than free parameters,
     and for a quantity that no free parameter changes. Raises kreisel.Error if no motion can be
     computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C, with the
-    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, and if no
-    motion fits the records.
+    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
+    motion fits the records, and if residuals of a soft fit are larger than sigma explains.
     """
     guesses = _parse_scenes(scene)
     refuse_disturbances(scene, "kreisel.fit does not support tops", allowed=("damping",))
@@ -120,6 +120,8 @@ def _run_sessions(
         raise _no_motion_error(sessions[0])
     if is_misfit(best):
         warn(describe_misfit(best))
+    elif best.excess:
+        warn(describe_excess(best))
     elif not best.has_converged:
         warn(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "

@@ -70,6 +70,8 @@ class Fit(ReadOnlyArrays):
                   turn; empty otherwise
     misfit        the root mean square of the residuals relative to that of the values, or to 1 rad.
                   For the soft loss it is estimated from the median
+    excess        for the soft loss with given sigma: the size of the residuals in sigmas, from the
+                  median, if chance and a tenth of outliers do not explain it; otherwise 0
     at_bound      a sentence for each parameter at its bound. Its error is that without the bound
     has_converged  False if the search ended at the largest number of paths
     evaluations   the number of computed paths
@@ -94,6 +96,7 @@ class Fit(ReadOnlyArrays):
     unidentified: tuple[str, ...]
     ambiguous: tuple[str, ...]
     misfit: float
+    excess: float
     at_bound: tuple[str, ...]
     has_converged: bool
     evaluations: int
@@ -267,6 +270,7 @@ def make_fit(session: SearchSession) -> Fit:
         unidentified,
         () if session.alias is None else (describe_alias(best.point, session.alias),),
         session.measure_share(),
+        session.measure_excess(),
         _describe_bounds(p, best.point, best.natural),
         best.has_converged,
         session.evaluations + session.model.evaluations,

@@ -93,14 +93,19 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     size: dict[str, Array] = {"moments": _project(p.moments, point.densities)}
     if p.has("damping"):
         size["damping"] = _project(p.damping, point.damping)
+    if p.has("rotor"):
+        size["rotor"] = point.rotor
     is_scalable = p.has("damping") or not point.damping.any()
+    is_scalable &= p.has("rotor") or not point.rotor.any()
     if is_scalable and not point.weight * np.linalg.norm(point.com):
-        sentence = "the scale of the moments: only their ratios, and damping over moments, count"
+        others = "damping and rotor" if p.has("rotor") else "damping"
+        sentence = f"the scale of the moments: only their ratios, and {others} over moments, count"
         yield from _generate(p, sentence, size)
     elif is_scalable:
         for name, value in own.items():
+            others = "damping, rotor" if p.has("rotor") else "damping"
             sentence = (
-                f"the scale of the moments: moments, damping and {name} may all have one factor"
+                f"the scale of the moments: moments, {others} and {name} may all have one factor"
             )
             yield from _generate(p, sentence, {**size, name: value})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
@@ -126,6 +131,12 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
     }
     sentence = "the moment about the axis against the spin: only their product counts"
     yield from _generate(p, sentence, spin)
+    sentence = "the rotor against the spin: only the momentum about the axis counts"
+    against = {"velocity": -unit, "rotor": point.moments[k] * unit}
+    yield from _generate(p, sentence, against)
+    sentence = "the rotor against the moment about its axis: only the momentum counts"
+    heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
+    yield from _generate(p, sentence, heavier)
     if p.has("damping"):
         drag = _project(p.damping, point.damping * unit)
         yield from _generate(p, sentence, {**spin, "damping": drag})

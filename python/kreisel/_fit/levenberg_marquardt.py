@@ -24,6 +24,7 @@ _DAMPING_MOST = 1e3
 _DAMPING_LEAST = 1e-14
 _FACTOR = 16.0  # change of the damping after a failed and after a successful step
 _FAR = 100.0  # mean square residual of points that are far from the records
+_FAR_MEDIAN = 6.0  # the same for the median of the absolute residuals, without outliers
 _SLOW = 1e-2  # relative improvement there that is slow
 _SLOW_MOST = 5  # slow improvements in succession after which a search far away ends
 _NOISELESS = 1e-22  # mean square residual that is rounding error
@@ -110,10 +111,19 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
         gain = best.cost - trial.cost
         point, best = trial.point, trial  # type: ignore[assignment]
         search.report(best)
-        slow = slow + 1 if gain < _SLOW * best.cost and best.cost > _FAR * model.size else 0
+        is_slow = gain < _SLOW * best.cost and _is_far(best, search.loss)
+        slow = slow + 1 if is_slow else 0
         if gain <= search.ftol * best.cost or slow > _SLOW_MOST:
             return best._replace(has_converged=True)
     return best
+
+
+def _is_far(found: Minimum, loss: LossName) -> bool:
+    """Return True if most residuals are large; outliers count in the linear loss alone."""
+    residuals = found.evaluation.residuals
+    if loss == "linear":
+        return found.cost > _FAR * residuals.size
+    return bool(np.median(np.abs(residuals)) > _FAR_MEDIAN)
 
 
 def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:

@@ -145,7 +145,9 @@ def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
         signs = np.concatenate(([1.0], np.where(steps < 0.0, -1.0, 1.0)))
         values = values * np.cumprod(signs)[:, None]
     half = _NEIGHBOURS // 2
-    padded = np.pad(values, ((half, half), (0, 0)), mode="reflect", reflect_type="odd")
+    # Reflections about the second and the last but one value show whether those at the ends fit.
+    before, after = values[half + 2 : 2 : -1], values[-4 : -4 - half : -1]
+    padded = np.concatenate((2.0 * values[1] - before, values, 2.0 * values[-2] - after))
     windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBOURS, axis=0)
     others = np.delete(windows, half, axis=-1)
     deviation = np.abs(values - np.median(others, axis=-1))

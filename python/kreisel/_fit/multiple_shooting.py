@@ -192,6 +192,8 @@ class ShootingModel:
         by_rate /= moments[:, None]
         if p.has("moments"):
             by_rate[:, p.at("moments")] -= (rate / moments)[:, None] * p.moments_by_step()
+        if p.has("rotor"):
+            by_rate[:, p.at("rotor")] -= np.diag(1.0 / moments)
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale

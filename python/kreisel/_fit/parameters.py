@@ -32,7 +32,17 @@ from .rotations import (
 )
 
 FreeName = Literal[
-    "start", "attitude", "velocity", "moments", "com", "lever", "gravity", "mass", "damping", "axes"
+    "start",
+    "attitude",
+    "velocity",
+    "moments",
+    "com",
+    "lever",
+    "gravity",
+    "mass",
+    "damping",
+    "rotor",
+    "axes",
 ]
 FREE: tuple[FreeName, ...] = (
     "start",
@@ -44,6 +54,7 @@ FREE: tuple[FreeName, ...] = (
     "gravity",
     "mass",
     "damping",
+    "rotor",
     "axes",
 )
 Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empty
@@ -60,6 +71,7 @@ _UNITS = {
     "gravity": "L T^-2",
     "mass": "M",
     "damping": "M L^2 T^-1",
+    "rotor": "M L^2 T^-1",
     "axes": "",
     "mounting": "",
     "delay": "T",
@@ -76,7 +88,7 @@ class Point:
     rate         angular velocity
     densities    (a, b, c) of the moments
     axes         quaternion from the principal axes to the frame of description
-    rotor        momentum of the rotor, which is never free
+    rotor        momentum of the rotor
     instruments  the values of the properties of instruments
     """
 
@@ -163,6 +175,8 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
     names: set[str] = set()
     for name in given:
+        if str(name) == "friction":
+            raise ValueError("friction cannot be free: its stop has no derivatives")
         if name not in FREE:
             raise ValueError(unknown_name_message("name in free:", str(name), FREE))
         names |= {"attitude", "velocity"} if name == "start" else {name}
@@ -197,7 +211,7 @@ class Parameters:
         self.start = point_of_scene(scene)
         self.moments = _group_equal(self.start.moments)
         self.damping = _group_equal(self.start.damping)
-        if "axes" in free and self.start.rotor.any():
+        if "axes" in free and ("rotor" in free or self.start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
@@ -261,6 +275,8 @@ class Parameters:
                 changes["damping"] = np.maximum(point.damping + self.damping @ by, 0.0)
             elif name == "com":
                 changes["com"] = point.com + by
+            elif name == "rotor":
+                changes["rotor"] = point.rotor + by
             elif name == "lever":
                 changes["com"] = point.com + self.lever * by
             elif name == "axes":
@@ -318,6 +334,7 @@ class Parameters:
             "gravity": abs(point.gravity) or 1.0,
             "mass": point.mass,
             "damping": max(float(point.damping.max()), float(slowest)),
+            "rotor": max(float(np.linalg.norm(point.rotor)), float(moments.max()) * rate),
             "delay": 1.0 / rate,
         }
         for (name, i, label), at in self.slices.items():
@@ -347,7 +364,7 @@ class Parameters:
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
             com if self.has("com") or self.has("lever") or self.has("axes") else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=old.rotor,
+            rotor=turned @ point.rotor if self.has("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
@@ -409,8 +426,9 @@ class Parameters:
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
             return logarithm(multiply_quaternions(point.attitude, back))
-        if name in ("velocity", "com"):
-            vector = point.rate if name == "velocity" else point.com
+        if name in ("velocity", "com", "rotor"):
+            vectors = {"velocity": point.rate, "com": point.com, "rotor": point.rotor}
+            vector = vectors[name]
             rows[:, at] = turned
             if self.has("axes"):
                 rows[:, self.at("axes")] = -turned @ cross_matrix(vector)

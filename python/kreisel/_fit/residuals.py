@@ -236,6 +236,9 @@ class ResidualModel:
                 made[places["com"], at] = p.lever[:, None]
             elif name == "damping":
                 made[places[name], at] = p.damping
+            elif name == "rotor":
+                made[3:6, at] = rotation
+                made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
         return made

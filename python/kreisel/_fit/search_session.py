@@ -32,6 +32,8 @@ _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _PIECES_TRIED = 8  # pieces of a part of the records that must fit before many more are tried
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
+_PLAUSIBLE = 1.3  # chi2 per degree of freedom from the median with a tenth of outliers
+_MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed residual
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
@@ -183,7 +185,10 @@ class SearchSession:
             if self._is_excellent():
                 return
             self._search_from(point, agreement)
-        if points and not self._is_excellent() and self.loss == "linear":
+        if points and self.loss == "soft":  # outliers look like disagreement
+            nearest = min(points, key=lambda entry: entry[1])
+            self._search_from(nearest[2], self._end)
+        if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
             self._search_slowly(points[0][2])
 
     def _search_slowly(self, point: Point) -> None:
@@ -225,6 +230,18 @@ class SearchSession:
         limit = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if self.is_sigma_known else _ROUGHLY
         return bool(self._measure_misfit() <= limit)
 
+    def _is_plausible(self) -> bool:
+        """Return True unless residuals are larger than chance and some outliers explain."""
+        count = int(self.model.measured.sum())
+        limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
+        return bool(self._measure_misfit() <= limit)
+
+    def measure_excess(self) -> float:
+        """Return the size of the residuals of a soft fit in sigmas, or 0 if it is plausible."""
+        if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
+            return 0.0
+        return float(np.sqrt(self._measure_misfit()))
+
     def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
         def report(found: Minimum) -> None:
             self._keep(found, model)
@@ -252,7 +269,8 @@ class SearchSession:
         found = minimize(self.model, point, settings)
         if np.isfinite(found.cost):
             self._keep(found, self.model)
-        if before is not None and found.cost > (1.0 - _SAME) * before.cost:
+        has_ended = before is not None and before.has_converged
+        if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign(self) -> None:

@@ -56,6 +56,8 @@ class FitValues(Protocol):
     @property
     def misfit(self) -> float: ...
     @property
+    def excess(self) -> float: ...
+    @property
     def at_bound(self) -> Sequence[str]: ...
     @property
     def has_converged(self) -> bool: ...
@@ -116,6 +118,13 @@ def describe_misfit(fit: FitValues) -> str:
     )
 
 
+def describe_excess(fit: FitValues) -> str:
+    return (
+        f"The residuals are {fit.excess:.3g} times as large as sigma explains, even without "
+        "outliers: sigma is too small, or the fit may be a false minimum."
+    )
+
+
 def _list_sentences(fit: FitValues) -> list[str]:
     made = [] if fit.has_converged else ["The search did not converge; this is the best so far."]
     ratio = fit.chi2 / fit.dof
@@ -126,6 +135,8 @@ def _list_sentences(fit: FitValues) -> list[str]:
             f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
             "are of another top, or the search found no near motion."
         )
+    elif fit.excess:
+        made.append(describe_excess(fit))
     made += [f"Not identified: {sentence}." for sentence in fit.unidentified]
     made += [f"Ambiguous: {sentence}." for sentence in fit.ambiguous]
     made += [f"At a bound: {sentence}." for sentence in fit.at_bound]
