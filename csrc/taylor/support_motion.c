@@ -369,9 +369,10 @@ static void set_mode(kr_taylor *p, const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
+/* Sets the unit of time. Tangents stay in the unit in which they begin. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
-    if (rate == p->rate) return;
+    if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
     kr_support_place(p->series, motion, p->rate);
 }

@@ -212,6 +212,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     reset_to_begin(p->series);
     if (!(high->linear > 2.0)) return;
     p->held_rate = rate_for(motion, vdd_high(W), 1);
+    if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     kr_support_start(motion);
 }
 static kr_status taylor_reset(kr_motion *motion, const kr_state *start)

@@ -69,7 +69,7 @@ typedef struct kr_taylor {
     /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
      * the spin before that, 0 if the top was held from the start. */
     double sliding, before_hold;
-    double held_rate; /* `rate` while friction holds the top, and therefore does not count */
+    double held_rate; /* `rate` while large friction holds the top, and so does not count */
     double unused[1];
 } kr_taylor;
 
