@@ -140,7 +140,6 @@ def test_whatever_does_not_know_friction_says_so():
         lambda: kr.solve(HEAVY, 1.0, "strang", step=0.1),
         lambda: kr.lyapunov(HEAVY, 10.0),
         lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
-        lambda: kr.view(HEAVY, open=False),
         lambda: kr.rod(path),
         lambda: kr.frequencies(path),
         lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1),
