@@ -391,8 +391,7 @@ typedef struct kr_config {
      * only up to a rotation about the vertical, at lower cost. Not for supports that turn. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
-     * which select the derivatives to compute. By `friction` only
-     * where it is not 0; with friction by com only where that is not 0. */
+     * which select the derivatives. By friction, if not 0; with it by com, if not 0. */
     uint64_t tangents;
 } kr_config;
 /* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a

@@ -14,8 +14,8 @@ typedef struct NAME(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } NAME(series);
 /* The path about the start of a part of a step. `body` is the support's turning seen from the body,
- * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P. `torque` is
- * that of the friction, and `ease` is <a / A, a>. */
+ * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P.
+ * `torque` is that of the friction, and `ease` is <a / A, a>. */
 typedef struct NAME(moving_path) {
     NAME(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
