@@ -242,7 +242,7 @@ export class Charts {
       value.style.setProperty("--of", top.colour);
       return value;
     });
-    const more = plot.earlier.list().length ? ["pale: before the change"] : [];
+    const more = plot.earlier.list().length ? [" (pale: before the change)"] : [];
     place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words, ...more);
     letKeysScroll(place);
   }

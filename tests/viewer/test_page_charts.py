@@ -53,7 +53,7 @@ def find_fields(page):
 
 
 def wait_for_momentum(page, m):
-    written = [float(f"{x:.6g}") for x in m]
+    written = [float(f"{x:.6g}" if x == 0 or abs(x) >= 1e-3 else f"{x:.3g}") for x in m]
     wait_for(
         page,
         """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")]
