@@ -2,6 +2,7 @@
 // The `data-of` of a place is "chart", "integral" or "error".
 import uPlot from "uplot";
 import { findMeasure, simulation } from "./core.js";
+import { EarlierCurves } from "./earlier_curves.js";
 
 // Symbols of the integrals. Other measures show their names.
 const SYMBOLS = {
@@ -56,9 +57,18 @@ const makeRange = (fine, known) => (_, least, greatest) => {
   const fair = Math.max(FLAT_HEIGHT, fine * Math.max(Math.abs(low), Math.abs(high)));
   return high - low > fair ? uPlot.rangeNum(low, high, 0.1, true) : [low - fair, high + fair];
 };
-const computeLogRange = (_, low, high) =>
-  isEmpty(low, high) ? [FLAT_HEIGHT, 1] : uPlot.rangeLog(low, high, 10, true);
-const computeTimeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
+const makeLogRange = (known) => (_, low, high) => {
+  const all = [low, high, ...known()].filter((x) => x !== null);
+  if (!all.length) return [FLAT_HEIGHT, 1];
+  return uPlot.rangeLog(Math.min(...all), Math.max(...all), 10, true);
+};
+// Make the range of the time. A chart without a zoom has room for the curves before a change.
+const makeTimeRange = (earlier) => ({ data: [times] }, low, high) => {
+  const [first, last] = [times[0], times.at(-1)];
+  const isWhole = first === last || (low === first && high === last);
+  const end = isWhole ? earlier.extend(last) : high;
+  return end > first && isWhole ? [first, end] : high > low ? [low, high] : [0, 1];
+};
 // Note whether the user has zoomed in. uPlot sets a scale some time after `setData`, so only the
 // hook after the change knows.
 function noteZoom(plot, key) {
@@ -123,8 +133,9 @@ export class Charts {
   }
   makePlot(place) {
     const what = place.dataset.of;
-    const plot = new uPlot(this.makeOptions(what), this.collectData(what), place);
-    return Object.assign(plot, { what, place, tops: this.tops });
+    const earlier = new EarlierCurves(this.page, this.getMeasure(what), this.makeTransform(what));
+    const plot = new uPlot(this.makeOptions(what, earlier), this.collectData(what), place);
+    return Object.assign(plot, { what, place, earlier, tops: this.tops });
   }
   getMeasure(what) {
     return findMeasure(what === "error" ? what : this.page.scene[what]);
@@ -133,7 +144,7 @@ export class Charts {
     const { name, isConserved } = this.getMeasure(what);
     return this.page.scene.log && (name === "error" || isConserved);
   }
-  makeOptions(what) {
+  makeOptions(what, earlier) {
     const series = this.tops.map((top, i) => ({
       stroke: top.colour,
       width: this.page.isProjector ? 3 : 1.5,
@@ -143,6 +154,7 @@ export class Charts {
       spanGaps: true,
     }));
     const log = this.isLog(what);
+    const listEarlier = () => earlier.listExtremes(simulation.getTimes().at(-1) ?? 0);
     const fine = what === "error" || this.getMeasure(what).isConserved ? 1e-9 : 1e-3;
     return {
       width: this.width,
@@ -150,14 +162,18 @@ export class Charts {
       legend: { show: false },
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
       scales: {
-        x: { time: false, range: computeTimeRange },
+        x: { time: false, range: makeTimeRange(earlier) },
         y: log
-          ? { distr: 3, range: computeLogRange }
-          : { range: makeRange(fine, () => this.listLimits(what)) },
+          ? { distr: 3, range: makeLogRange(listEarlier) }
+          : { range: makeRange(fine, () => [...this.listLimits(what), ...listEarlier()]) },
       },
       axes: this.makeAxes(log),
       series: [{}, ...series],
-      hooks: { setCursor: [(plot) => this.showValues(plot)], setScale: [noteZoom] },
+      hooks: {
+        setCursor: [(plot) => this.showValues(plot)],
+        setScale: [noteZoom],
+        drawAxes: [(plot) => earlier.draw(plot)],
+      },
     };
   }
   // Return the known limits of the tilt of all tops.
@@ -186,31 +202,24 @@ export class Charts {
       { ...ink, size: computeWidth, space: isProjector ? 40 : 16, values, ...powers },
     ];
   }
-  collectData(what) {
+  // Make the function of a recorded value, and of the first one, that returns the drawn value.
+  makeTransform(what) {
     const { name, isConserved } = this.getMeasure(what);
     const log = this.isLog(what);
+    const draw = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
+    return (x, first) => draw((x - (isConserved ? first : 0)) * getScale(name));
+  }
+  collectData(what) {
+    const { name } = this.getMeasure(what);
+    const transform = this.makeTransform(what);
     const mergeRows = (one, other) => one.flatMap((x, row) => [x, other[row]]);
-    const transform = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
     const lines = this.tops.map((_, i) => {
-      const start = isConserved ? simulation.getRecord(i, name)[0] : 0;
+      const [first] = simulation.getRecord(i, name);
       const ends = mergeRows(simulation.getRecord(i, name, -1), simulation.getRecord(i, name, 1));
-      return ends.map((x) => transform((x - start) * getScale(name)));
+      return ends.map((x) => transform(x, first));
     });
     const times = simulation.getTimes();
-    const all = [mergeRows(times, times), ...lines]; // the least and the greatest value
-    const before = this.collectPreviousData(name, (x, start) =>
-      transform((x - (isConserved ? start : 0)) * getScale(name)),
-    );
-    return before ? all.map((line, i) => [...before[i], ...line]) : all;
-  }
-  // Return the chart of the motion before a push or drag. Its time ends at 0.
-  collectPreviousData(name, transform) {
-    const { time, lines, end } = this.page.previousMotion ?? {};
-    if (!lines?.[name]) return null;
-    const values = lines[name].map(([low, at, high]) =>
-      low.flatMap((x, row) => [x, high[row]]).map((x) => transform(x, at[0])),
-    );
-    return [time.flatMap((t) => [t - end, t - end]), ...values];
+    return [mergeRows(times, times), ...lines]; // the least and the greatest value
   }
   update() {
     if (!this.noteRecord()) return;
@@ -233,7 +242,8 @@ export class Charts {
       value.style.setProperty("--of", top.colour);
       return value;
     });
-    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words);
+    const more = plot.earlier.list().length ? [" (pale: before the change)"] : [];
+    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words, ...more);
     letKeysScroll(place);
   }
   // Return the cells of the table for top `i`: current values and changes since the start.

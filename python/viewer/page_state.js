@@ -23,7 +23,7 @@ const isDifferent = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 export class PageState {
   undoStack = []; // moments to return to
   redoStack = []; // moments that were undone
-  previousMotion = null; // traces before a change of the motion, and charts if it went on
+  previousMotion = null; // traces and charts before a change of the motion
   isRunning = false;
   onChange = () => {}; // called after each change
   constructor(view) {
@@ -135,7 +135,7 @@ export class PageState {
   // Begin a change. With `now` the current state becomes the start.
   beginChange({ top, now = true, ...how } = {}) {
     this.recordUndo(how);
-    this.previousMotion = this.clock ? this.captureMotion(now) : null;
+    this.previousMotion = this.clock ? this.captureMotion() : null;
     if (!this.clock || !now) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.readLiveState(second && top?.side ? null : top);
@@ -150,18 +150,16 @@ export class PageState {
     this.editScene(change);
     this.setRunning(true);
   }
-  // Return the current traces, and with `goesOn` the current content of the charts.
-  captureMotion(goesOn) {
-    const ways = this.tops.map((_, i) => this.view.getTrace(i));
-    if (!goesOn) return { ways };
+  // Return the current traces, and the content of the charts.
+  captureMotion() {
     const names = [this.scene.chart, this.scene.integral, "error"];
-    const rows = (i, name) => [-1, 0, 1].map((side) => simulation.getRecord(i, name, side));
-    const lines = (name) => [name, this.tops.map((_, i) => rows(i, name))];
+    const readRows = (i, name) => [-1, 0, 1].map((side) => simulation.getRecord(i, name, side));
+    const readTops = (name) => [name, this.tops.map((_, i) => readRows(i, name))];
     return {
-      time: simulation.getTimes(),
-      lines: Object.fromEntries(names.map(lines)),
-      ways,
-      end: this.clock / TICKS,
+      times: simulation.getTimes(),
+      records: Object.fromEntries(names.map(readTops)),
+      tops: this.tops,
+      ways: this.tops.map((_, i) => this.view.getTrace(i)),
     };
   }
   // Drop the motion before a change when the scene is no longer the changed one. A gesture changes

@@ -38,6 +38,13 @@ const findPresetNumber = (name) => presets.findIndex((preset) => preset.name ===
 // Replace rounding errors by zero.
 const dropRounding = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
 
+// Format a number for a field, which cuts off the end of a longer text.
+function formatNumber(x, digits) {
+  const size = Math.abs(x);
+  if (x === 0 || (size >= 1e-3 && size < 1e8)) return String(+x.toPrecision(digits));
+  return (+x.toPrecision(3)).toExponential().replace("+", "");
+}
+
 export class Panel {
   constructor(place, page, charts, files, choosePreset) {
     Object.assign(this, {
@@ -114,7 +121,7 @@ export class Panel {
   formatValue(place) {
     const x = this.getValue(place);
     const digits = /^(tilt|spin)$/.test(place) ? 5 : 6; // that fit into the field
-    return Number.isFinite(x) ? +x.toPrecision(digits) : ""; // a failed top has no tilt
+    return Number.isFinite(x) ? formatNumber(x, digits) : ""; // a failed top has no tilt
   }
   getValue(place) {
     const { page } = this;

@@ -33,8 +33,13 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
         page.goto(address)
         if open_folds:
             page.evaluate("document.querySelectorAll('details').forEach(e => e.open = true)")
-        for violation in Axe().run(page).response["violations"]:
-            places = [node["html"][:120] for node in violation["nodes"][:3]]
-            found.append((width, violation["id"], places))
+        found += check_page(page, width)
         page.close()
     return found
+
+
+def check_page(page, case):
+    """Return the violations by a page as it is now, each with the name of its `case`."""
+    violations = Axe().run(page).response["violations"]
+    places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
+    return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

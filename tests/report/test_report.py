@@ -110,6 +110,17 @@ def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick, bro
         page.close()
 
 
+def test_the_first_level_is_short(quick, browser):
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto((quick / "index.html").as_uri())
+    words = page.locator("main").inner_text().split()  # without closed folds
+    height = page.evaluate("document.documentElement.scrollHeight")
+    page.evaluate("document.querySelectorAll('details').forEach((fold) => (fold.open = true))")
+    assert len(page.locator("main").inner_text().split()) > len(words) > 100
+    assert len(words) <= 6000 and height <= 8 * 800, (len(words), height)
+    page.close()
+
+
 def test_the_report_writes_the_table_of_the_readme(quick):
     lines = (quick / "readme_table.md").read_text().splitlines()
     assert len(lines) == 2 + len(HORIZONS) * len(fastest.TARGETS)

@@ -53,7 +53,7 @@ def find_fields(page):
 
 
 def wait_for_momentum(page, m):
-    written = [float(f"{x:.6g}") for x in m]
+    written = [float(f"{x:.6g}" if x == 0 or abs(x) >= 1e-3 else f"{x:.3g}") for x in m]
     wait_for(
         page,
         """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")]
@@ -253,24 +253,100 @@ def test_a_chart_has_room_for_the_limits_of_the_tilt_from_the_start(page):
     assert 25 < scale[0] <= 30 and 48.6 <= scale[1] < 55
 
 
-def test_the_motion_before_a_push_stays_in_sight(page):
+PUSH = """kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2));
+    kreisel.page.setRunning(false)"""
+
+
+def read_earlier(page, chart=0):
+    """Return the pale curves of a chart: the times, and the values for each top."""
+    return np.array(
+        page.evaluate(f"""(({{times, curves}}) => [times, ...curves.map(({{values}}) => values)])(
+            kreisel.charts.plots[{chart}].earlier)"""),
+        float,
+    )
+
+
+def read_spans(page, chart=0):
+    """Return the least and the greatest time and value that a chart shows."""
+    return page.evaluate(f"""(({{x, y}}) => [x.min, x.max, y.min, y.max])(
+        kreisel.charts.plots[{chart}].scales)""")
+
+
+@pytest.mark.parametrize("change", [PUSH, "kreisel.page.setValue('gravity', 2)"])
+def test_curves_of_the_motion_before_a_change_lie_below_those_of_now(page, change):
     load(page, "A spinning top")
     run_to(page, 3)
     before = read_lines(page)
-    push = "kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
-    page.evaluate(f"{push}; kreisel.page.setRunning(false)")
+    page.evaluate(change)
     assert read_clock(page) == 0
     run_to(page, 1)
     times, tilts = read_lines(page)
-    n = before.shape[1]
-    assert times[:n] == pytest.approx(before[0] - 3) and tilts[:n].tolist() == before[1].tolist()
-    assert times[n] == 0 and times[-1] == 1 and tilts[n] == pytest.approx(before[1][-1])
+    assert times[0] == 0 and times[-1] == 1
+    earlier = read_earlier(page)
+    assert earlier.tolist() == before.tolist()
+    first, last, low, high = read_spans(page)
+    assert (first, last) == (0, 3) and low < earlier[1].min() and high > earlier[1].max()
+    assert np.abs(tilts[-1] - earlier[1][times.size - 1]) > 0.1
+    run_to(page, 5)
+    assert read_spans(page)[:2] == [0, 5]
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_curves_before_a_change_have_room_in_charts_of_errors(page, log):
+    load(page, "Compare four", log=log)
+    run_to(page, 30)
+    before = read_lines(page)
+    page.evaluate(PUSH)
+    run_to(page, 1)
+    assert read_earlier(page) == pytest.approx(before, nan_ok=True)
+    first, last, low, high = read_spans(page)
+    assert (first, last) == (0, 12)
+    seen = before[1:, before[0] <= 12]
+    assert low <= np.nanmin(seen) and high >= np.nanmax(seen)
+
+
+def count_pixels(page):
+    """Return the number of coloured pixels of the first chart, with and without pale curves."""
+    return page.evaluate("""async () => {
+        const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
+        const count = async () => {
+            redraw(false);
+            await new Promise(requestAnimationFrame);
+            const {width, height} = ctx.canvas;
+            const copy = new OffscreenCanvas(width, height).getContext('2d');
+            copy.drawImage(ctx.canvas, 0, 0);
+            const {data} = copy.getImageData(0, 0, width, height);
+            let all = 0;
+            for (let k = 0; k < data.length; k += 4) all += data[k] > data[k + 2] + 20;
+            return all;
+        };
+        const both = await count();
+        earlier.draw = () => 0;
+        const one = await count();
+        delete earlier.draw;
+        return [both, one];
+    }""")
+
+
+def test_the_motion_before_a_push_stays_in_sight(page):
+    load(page, "A spinning top")
+    run_to(page, 3)
+    same, one = count_pixels(page)
+    assert same == one
+    page.evaluate(PUSH)
+    run_to(page, 1)
+    both, one = count_pixels(page)
+    assert both > 1.3 * one > 0
+    values = page.locator(".chart + p").first
+    assert "before the change" in values.inner_text()
     old = "kreisel.view.tops[0].before?.visible ?? false"
     assert page.evaluate(old)
     page.get_by_role("button", name="Rewind").click()
-    assert page.evaluate(old)
+    assert page.evaluate(old) and read_earlier(page).shape[0] == 2
     page.get_by_role("button", name="Undo").click()
     assert not page.evaluate(old) and page.evaluate("kreisel.page.previousMotion") is None
+    run_to(page, 2)
+    assert read_earlier(page).size == 0 and "before" not in values.inner_text()
 
 
 def test_a_change_of_the_scene_ends_what_was_before_a_push(page):

@@ -436,3 +436,12 @@ def test_what_is_said_of_fast_precession(page):
     assert 1 < other / near < 1.4
     with pytest.raises(ValueError, match=r"steady|spin"):
         kr.Scene.spinning(body, spin=12.8, **less)
+
+
+@pytest.mark.parametrize("damping, written", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
+def test_a_field_shows_the_whole_of_a_small_number(page, damping, written):
+    load(page, "A spinning top", damping=damping)
+    field = page.get_by_label("Damping, number")
+    assert field.input_value() == written
+    assert page.get_by_role("slider", name="Damping").get_attribute("aria-valuetext") == written
+    assert read_scene(page)["damping"] == damping
