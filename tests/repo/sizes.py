@@ -90,7 +90,7 @@ ROWS = (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
         ("-DKR_NO_TORUS",),
-        315,
+        320,
     ),
     ("everything", write_everything(), (), None),
 )
