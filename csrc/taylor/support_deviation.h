@@ -265,6 +265,7 @@ static void NAME(begin_deviation)(const NAME(moving_path) * p, NAME(moving_devia
     for (int i = 0; i < 3; i++) {
         d->turn.c[i][0] = of(high[1 + i], WORD(low[1 + i]));
         d->push.c[i][0] = of(high[5 + i], WORD(low[5 + i]));
+        d->apex[i] = of(0.0, 0.0);
     }
     NAME(set_drive)(p, d, drive, order);
     if (p->rubs) NAME(set_friction_drive)(p, d, drive);
