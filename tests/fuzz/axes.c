@@ -45,6 +45,8 @@ void call_axes(void)
     const double rate = fastest(&scene), t = between(0.1, 1.0) / rate;
     if (kr_scene_check(&scene) != KR_OK || !isfinite(t) || !(t > 0.0)) return;
     const kr_vec3 A = scene.body.inertia;
+    /* Without a centre of mass off the fixed point, friction acts about the last axis. */
+    if (!(v_largest(scene.body.com) > 0.0)) scene.friction = 0.0;
     if (odds(60)) scene.damping = any_damping(&scene);
     const kr_scene other = renamed(&scene);
     const int digits = odds(80) ? 16 : odds(50) ? 20 : 30;

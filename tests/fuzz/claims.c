@@ -43,6 +43,9 @@ void tell_scene(const kr_scene *scene)
                  b->inertia.y, b->inertia.z, b->com.x, b->com.y, b->com.z, b->axes.w, b->axes.x,
                  b->axes.y, b->axes.z);
     print_detail("damping %a, %a, %a", scene->damping.x, scene->damping.y, scene->damping.z);
+    print_detail("turning %a, %a, %a, shaking %a, %a, %a, friction %a", scene->turning.x,
+                 scene->turning.y, scene->turning.z, scene->shaking.amplitude, scene->shaking.rate,
+                 scene->shaking.phase, scene->friction);
     print_detail("gravity %a, start %a, {%a, %a, %a, %a}, {%a, %a, %a}", scene->gravity, s->t,
                  s->q.w, s->q.x, s->q.y, s->q.z, s->m.x, s->m.y, s->m.z);
 }

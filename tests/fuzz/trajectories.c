@@ -140,7 +140,9 @@ void call_tangents(place *p)
         CLAIM(same_bits(out, again, n * sizeof *out));
         if (!p->forged) CLAIM(kr_top_tangent_truncation(p->top) >= 0.0);
         const int is_start = p->landed && kr_top_stats(p->top).steps == 0;
-        if (is_start && p->config.tangents & KR_TANGENT_START && !p->forged)
+        /* Friction that holds a top at the start takes the derivative of its spin away. */
+        if (is_start && p->config.tangents & KR_TANGENT_START && !p->forged &&
+            !(p->scene.friction > 0.0))
             claim_units(out, columns);
     }
     end_call(p, status);
