@@ -55,6 +55,7 @@ pytestmark = pytest.mark.filterwarnings(
     "ignore:.*unphysical",
     "ignore:the fit did not converge",
     "ignore:No motion of this scene fits",
+    "ignore:The residuals are",
 )
 
 
