@@ -121,7 +121,7 @@ void kr_tangents_start(struct kr_top *top);
 
 /* Returns KR_OK if the flags of `method` allow the damping, the friction and the motion of the
  * support of a scene, else the status that gives the reason. */
-kr_status kr_method_refusal(const struct kr_method *method, const kr_scene *scene);
+kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;

@@ -28,7 +28,7 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
         return symmetric && kr_body_is_rotor_axial(body, KR_KIND_RTOL);
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
-kr_status kr_method_refusal(const kr_method *method, const kr_scene *scene)
+kr_status kr_refusal_by_method(const kr_method *method, const kr_scene *scene)
 {
     const unsigned flags = method->flags;
     if (v_largest(scene->damping) > 0.0 && !(flags & KR_METHOD_DAMPED)) return KR_ERR_DAMPING;
@@ -40,7 +40,7 @@ kr_status kr_method_refusal(const kr_method *method, const kr_scene *scene)
 int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || !method->reset || kr_scene_check(scene) != KR_OK) return 0;
-    if (kr_method_refusal(method, scene) != KR_OK) return 0;
+    if (kr_refusal_by_method(method, scene) != KR_OK) return 0;
     if (kr_body_has_rotor(&scene->body) && !(method->flags & KR_METHOD_ROTORS)) return 0;
     return method->suits ? method->suits(scene) : kr_method_applies(method, &scene->body);
 }

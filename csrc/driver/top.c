@@ -276,7 +276,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (status == KR_OK) status = check_options(method, config);
     if (status != KR_OK) return status;
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
-    status = kr_method_refusal(method, scene);
+    status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
     /* On a support that turns, the rotation about the vertical changes the motion. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;

@@ -10,29 +10,29 @@
  * double-doubles, like slow_terms.h. */
 
 /* Coefficients of three components. */
-typedef struct NAME(series) {
+typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
-} NAME(series);
+} LOCAL(series);
 /* The path about the start of a part of a step. `body` is the support's turning seen from the body,
  * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P.
  * `torque` is that of the friction, and `ease` is <a / A, a>. */
-typedef struct NAME(moving_path) {
-    NAME(series) velocity, relative, body, momentum, dragged, vertical, pulled;
+typedef struct LOCAL(moving_path) {
+    LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
     number torque[KR_TAYLOR_MAX + 1];
     number A[3], D[3], lever[3], apex[3], ease;
     number q[4];
     int rubs, holds;
-} NAME(moving_path);
+} LOCAL(moving_path);
 /* A deviation: theta, N, c x theta and theta x a + d; and the terms of theta' and N' that do not
  * depend on it. */
-typedef struct NAME(moving_deviation) {
-    NAME(series) turn, push, cross, leaned, turn_by, push_by;
+typedef struct LOCAL(moving_deviation) {
+    LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];
-} NAME(moving_deviation);
+} LOCAL(moving_deviation);
 
 /* Returns component i of coefficient n of the cross product of two series. */
-static number NAME(cross)(const NAME(series) * a, const NAME(series) * b, int i, int n)
+static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int i, int n)
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     number sum = of(0.0, 0.0);
@@ -43,7 +43,7 @@ static number NAME(cross)(const NAME(series) * a, const NAME(series) * b, int i,
     return sum;
 }
 /* Returns component i of q* e q, for the unit vector e of space with the index `axis`. */
-static number NAME(seen_axis)(const number q[4], int axis, int i)
+static number LOCAL(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
     const number two = of(2.0, 0.0), both = mul(q[1 + axis], q[1 + i]);
@@ -55,14 +55,14 @@ static number NAME(seen_axis)(const number q[4], int axis, int i)
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
 /* Continues a series that is fixed in space, seen from the body. */
-static void NAME(turn_series)(NAME(series) * a, const NAME(series) * relative, int n)
+static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
-    for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, NAME(cross)(a, relative, i, n));
+    for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, LOCAL(cross)(a, relative, i, n));
 }
 /* Sets the coefficients n of W, U and the momentum, with h in the units of the series. */
-static void NAME(set_velocity)(NAME(moving_path) * p, const kr_series path[2], int n,
-                               const number h[3])
+static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2], int n,
+                                const number h[3])
 {
     for (int i = 0; i < 3; i++) {
         const number w = of(path[0].w[n][1 + i], WORD(path[1].w[n][1 + i])), own = mul(p->A[i], w),
@@ -75,7 +75,7 @@ static void NAME(set_velocity)(NAME(moving_path) * p, const kr_series path[2], i
     }
 }
 /* Sets coefficient n of G P. */
-static void NAME(pull_vertical)(NAME(moving_path) * p, number base, number sway, int n)
+static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number sway, int n)
 {
     for (int i = 0; i < 3; i++) {
         number sum = of(0.0, 0.0);
@@ -85,8 +85,8 @@ static void NAME(pull_vertical)(NAME(moving_path) * p, number base, number sway,
 }
 /* Sets the torque of the friction: a constant while the top slides, and lane 0 of W while friction
  * holds it. */
-static void NAME(read_friction)(NAME(moving_path) * p, const kr_series path[2],
-                                const support_data *data, int order)
+static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
+                                 const support_data *data, int order)
 {
     const number friction = of(data->friction, 0.0);
     p->rubs = data->friction > 0.0;
@@ -102,8 +102,8 @@ static void NAME(read_friction)(NAME(moving_path) * p, const kr_series path[2],
     if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
 }
 /* Expands the motion of the support along the path. */
-static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
-                            const support_data *data, int order)
+static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
+                             const support_data *data, int order)
 {
     const number rate = of(data->rate.hi, data->rate.lo), base = of(data->base.hi, data->base.lo),
                  sway = of(data->sway.hi, data->sway.lo);
@@ -118,26 +118,26 @@ static void NAME(read_path)(NAME(moving_path) * p, const kr_series path[2],
     for (int i = 0; i < 3; i++) {
         p->body.c[i][0] = of(0.0, 0.0);
         for (int axis = 0; axis < 3; axis++)
-            p->body.c[i][0] = add(
-                p->body.c[i][0], mul(of(data->turning[axis], 0.0), NAME(seen_axis)(p->q, axis, i)));
+            p->body.c[i][0] = add(p->body.c[i][0], mul(of(data->turning[axis], 0.0),
+                                                       LOCAL(seen_axis)(p->q, axis, i)));
     }
     p->cosine[0] = of(data->cosine.hi, data->cosine.lo);
     p->sine[0] = of(data->sine.hi, data->sine.lo);
-    NAME(read_friction)(p, path, data, order);
+    LOCAL(read_friction)(p, path, data, order);
     for (int n = 0; n < order; n++) {
         const number share = over(rate, of(n + 1, 0.0));
-        NAME(set_velocity)(p, path, n, h);
-        NAME(pull_vertical)(p, base, sway, n);
-        NAME(turn_series)(&p->body, &p->relative, n);
+        LOCAL(set_velocity)(p, path, n, h);
+        LOCAL(pull_vertical)(p, base, sway, n);
+        LOCAL(turn_series)(&p->body, &p->relative, n);
         p->cosine[n + 1] = minus(of(0.0, 0.0), mul(share, p->sine[n]));
         p->sine[n + 1] = mul(share, p->cosine[n]);
     }
-    if (p->holds) NAME(set_velocity)(p, path, order, h);
+    if (p->holds) LOCAL(set_velocity)(p, path, order, h);
 }
 /* Adds coefficient n of k P x b, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
-static void NAME(add_pull)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
-                           const support_drive *drive, int n)
+static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                            const support_drive *drive, int n)
 {
     number k[KR_TAYLOR_MAX + 1], b[3], scale[4], sum[3];
     for (int i = 0; i < 4; i++) scale[i] = of(drive->scale[i].hi, drive->scale[i].lo);
@@ -159,16 +159,16 @@ static void NAME(add_pull)(const NAME(moving_path) * p, NAME(moving_deviation) *
     }
 }
 /* Sets the terms of a deviation's equations that do not depend on the deviation. */
-static void NAME(set_drive)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
-                            const support_drive *drive, int order)
+static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                             const support_drive *drive, int order)
 {
-    NAME(series) turned;
+    LOCAL(series) turned;
     const number per_rate = of(drive->per_rate, 0.0);
     for (int i = 0; i < 3; i++) {
         turned.c[i][0] = of(0.0, 0.0);
         for (int axis = 0; axis < 3; axis++)
-            turned.c[i][0] = add(
-                turned.c[i][0], mul(of(drive->turning[axis], 0.0), NAME(seen_axis)(p->q, axis, i)));
+            turned.c[i][0] = add(turned.c[i][0], mul(of(drive->turning[axis], 0.0),
+                                                     LOCAL(seen_axis)(p->q, axis, i)));
     }
     for (int n = 0; n < order + p->holds; n++) {
         for (int i = 0; i < 3; i++) {
@@ -181,16 +181,16 @@ static void NAME(set_drive)(const NAME(moving_path) * p, NAME(moving_deviation) 
             d->turn_by.c[i][n] =
                 minus(over(minus(of(0.0, 0.0), moved), p->A[i]), mul(per_rate, turned.c[i][n]));
             d->push_by.c[i][n] = minus(minus(of(0.0, 0.0), dragged),
-                                       mul(per_rate, NAME(cross)(&turned, &p->momentum, i, n)));
+                                       mul(per_rate, LOCAL(cross)(&turned, &p->momentum, i, n)));
         }
         if (n == order) break;
-        if (drive->has_pull) NAME(add_pull)(p, d, drive, n);
-        NAME(turn_series)(&turned, &p->relative, n);
+        if (drive->has_pull) LOCAL(add_pull)(p, d, drive, n);
+        LOCAL(turn_series)(&turned, &p->relative, n);
     }
 }
 /* Sets the change of the apex, and adds the derivative of the torque of a top that slides. */
-static void NAME(set_friction_drive)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
-                                     const support_drive *drive)
+static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                                      const support_drive *drive)
 {
     for (int i = 0; i < 3; i++) {
         d->apex[i] = of(drive->apex[i].hi, drive->apex[i].lo);
@@ -198,27 +198,27 @@ static void NAME(set_friction_drive)(const NAME(moving_path) * p, NAME(moving_de
     }
 }
 /* Returns component i of coefficient n of theta'. */
-static number NAME(turn_rate)(const NAME(moving_path) * p, const NAME(moving_deviation) * d, int i,
-                              int n)
+static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
+                               int i, int n)
 {
-    const number own = add(d->push.c[i][n], NAME(cross)(&p->momentum, &d->turn, i, n));
+    const number own = add(d->push.c[i][n], LOCAL(cross)(&p->momentum, &d->turn, i, n));
     return add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
-               NAME(cross)(&d->turn, &p->velocity, i, n));
+               LOCAL(cross)(&d->turn, &p->velocity, i, n));
 }
 /* Returns coefficient n of the derivative of the spin <U, a>. */
-static number NAME(spin_change)(const NAME(moving_path) * p, const NAME(moving_deviation) * d,
-                                int n)
+static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
+                                 int n)
 {
     number sum = of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         const number slipped =
-            minus(NAME(turn_rate)(p, d, i, n), NAME(cross)(&d->turn, &p->relative, i, n));
+            minus(LOCAL(turn_rate)(p, d, i, n), LOCAL(cross)(&d->turn, &p->relative, i, n));
         sum = add(sum, add(mul(p->apex[i], slipped), mul(d->apex[i], p->relative.c[i][n])));
     }
     return sum;
 }
 /* Adds the terms of friction to coefficient n + 1 of N. */
-static void NAME(add_friction)(const NAME(moving_path) * p, NAME(moving_deviation) * d, int n)
+static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
     for (int i = 0; i < 3; i++) {
@@ -231,12 +231,12 @@ static void NAME(add_friction)(const NAME(moving_path) * p, NAME(moving_deviatio
         d->push.c[i][n + 1] = add(d->push.c[i][n + 1], mul(share, sum));
     }
     if (!p->holds) return;
-    const number lost = over(NAME(spin_change)(p, d, n + 1), p->ease);
+    const number lost = over(LOCAL(spin_change)(p, d, n + 1), p->ease);
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
 /* Sets coefficient n + 1 of a deviation. */
-static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviation) * d, int n)
+static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
     for (int i = 0; i < 3; i++) {
@@ -245,20 +245,21 @@ static void NAME(next_deviation)(const NAME(moving_path) * p, NAME(moving_deviat
             minus(mul(p->lever[j], d->turn.c[k][n]), mul(p->lever[k], d->turn.c[j][n]));
     }
     for (int i = 0; i < 3; i++) {
-        const number rate = NAME(turn_rate)(p, d, i, n),
-                     slipped = minus(rate, NAME(cross)(&d->turn, &p->relative, i, n)),
-                     force = add(add(NAME(cross)(&d->push, &p->velocity, i, n), d->push_by.c[i][n]),
-                                 NAME(cross)(&d->cross, &p->pulled, i, n)),
-                     drag = minus(mul(p->D[i], slipped), NAME(cross)(&p->dragged, &d->turn, i, n));
+        const number rate = LOCAL(turn_rate)(p, d, i, n),
+                     slipped = minus(rate, LOCAL(cross)(&d->turn, &p->relative, i, n)),
+                     force =
+                         add(add(LOCAL(cross)(&d->push, &p->velocity, i, n), d->push_by.c[i][n]),
+                             LOCAL(cross)(&d->cross, &p->pulled, i, n)),
+                     drag = minus(mul(p->D[i], slipped), LOCAL(cross)(&p->dragged, &d->turn, i, n));
         d->turn.c[i][n + 1] = mul(share, rate);
         d->push.c[i][n + 1] = mul(share, minus(force, drag));
     }
-    if (p->rubs) NAME(add_friction)(p, d, n);
+    if (p->rubs) LOCAL(add_friction)(p, d, n);
 }
 /* Sets coefficient 0 of a deviation, and the terms that do not depend on it. */
-static void NAME(begin_deviation)(const NAME(moving_path) * p, NAME(moving_deviation) * d,
-                                  const support_drive *drive, const kr_tangent *g,
-                                  const double *high, int order)
+static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
+                                   const support_drive *drive, const kr_tangent *g,
+                                   const double *high, int order)
 {
     const double *low = (const double *)(const void *)((const char *)high + sizeof *g);
     (void)low;
@@ -267,16 +268,17 @@ static void NAME(begin_deviation)(const NAME(moving_path) * p, NAME(moving_devia
         d->push.c[i][0] = of(high[5 + i], WORD(low[5 + i]));
         d->apex[i] = of(0.0, 0.0);
     }
-    NAME(set_drive)(p, d, drive, order);
-    if (p->rubs) NAME(set_friction_drive)(p, d, drive);
+    LOCAL(set_drive)(p, d, drive, order);
+    if (p->rubs) LOCAL(set_friction_drive)(p, d, drive);
 }
 /* Adds factor * (derivative of the spin) * a to -N at the end of the step. */
-static void NAME(jump)(const NAME(moving_path) * p, const support_drive *drive, kr_tangent *g,
-                       dd factor)
+static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive, kr_tangent *g,
+                        dd factor)
 {
-    NAME(moving_deviation) d;
-    NAME(begin_deviation)(p, &d, drive, g, g->end, 1);
-    const number change = NAME(spin_change)(p, &d, 0), lost = mul(change, of(factor.hi, factor.lo));
+    LOCAL(moving_deviation) d;
+    LOCAL(begin_deviation)(p, &d, drive, g, g->end, 1);
+    const number change = LOCAL(spin_change)(p, &d, 0),
+                 lost = mul(change, of(factor.hi, factor.lo));
     if (HIGH(change) == 0.0) return;
     for (int i = 0; i < 3; i++) {
         const number rest = minus(d.push.c[i][0], mul(lost, p->apex[i]));
@@ -284,13 +286,13 @@ static void NAME(jump)(const NAME(moving_path) * p, const support_drive *drive, 
     }
 }
 /* Computes the coefficients of a deviation from coefficient 0. */
-static void NAME(expand_deviation)(const NAME(moving_path) * p, const support_drive *drive,
-                                   kr_tangent *g, int order)
+static void LOCAL(expand_deviation)(const LOCAL(moving_path) * p, const support_drive *drive,
+                                    kr_tangent *g, int order)
 {
-    NAME(moving_deviation) d;
-    NAME(begin_deviation)(p, &d, drive, g, g->x[0], order);
+    LOCAL(moving_deviation) d;
+    LOCAL(begin_deviation)(p, &d, drive, g, g->x[0], order);
     for (int n = 0; n < order; n++) {
-        NAME(next_deviation)(p, &d, n);
+        LOCAL(next_deviation)(p, &d, n);
         for (int i = 0; i < 3; i++) {
             SET(g, x[n + 1][1 + i], d.turn.c[i][n + 1]);
             SET(g, x[n + 1][5 + i], d.push.c[i][n + 1]);

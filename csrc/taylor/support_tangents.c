@@ -26,7 +26,7 @@ typedef struct support_drive {
 } support_drive;
 
 #define number double
-#define NAME(x) plain_##x
+#define LOCAL(x) plain_##x
 #define of(hi, lo) ((void)(lo), (double)(hi))
 #define WORD(x) 0.0
 #define HIGH(a) (a)
@@ -37,7 +37,7 @@ typedef struct support_drive {
 #define over(a, b) ((a) / (b))
 #include "support_deviation.h"
 #undef number
-#undef NAME
+#undef LOCAL
 #undef of
 #undef WORD
 #undef HIGH
@@ -47,7 +47,7 @@ typedef struct support_drive {
 #undef mul
 #undef over
 #define number dd
-#define NAME(x) deep_##x
+#define LOCAL(x) deep_##x
 #define of(hi, lo) dd_make((double)(hi), (lo))
 #define WORD(x) (x)
 #define HIGH(a) ((a).hi)

@@ -110,9 +110,9 @@ def test_geometric_tells_its_choice():
 
 
 def test_damped_tops_have_no_energy_to_keep_and_no_page(tmp_path):
-    kr.scenes.asymmetric.replace(damping=(0.1, 0.1, 0.1)).to_toml(tmp_path / "top.toml")
+    kr.scenes.asymmetric.replace(damping=(0.1, 0.2, 0.1)).to_toml(tmp_path / "top.toml")
     assert "energy error" not in call("solve --t 5", tmp_path / "top.toml")
-    assert "damped" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
+    assert "one damping" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
 
 
 def test_compare_shows_and_writes_its_rows(tmp_path):

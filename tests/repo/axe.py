@@ -4,7 +4,7 @@ import shutil
 from contextlib import contextmanager
 
 from axe_playwright_python.sync_playwright import Axe
-from toolbox import need
+from toolbox import need, start_playwright
 
 SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phone [pixels]
 
@@ -13,13 +13,10 @@ SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phon
 def open_browser():
     """Open Debian's chromium without windows. Skip the test if it is missing."""
     need("chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as tool:
-        path = shutil.which("chromium")
-        browser = tool.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield browser
-        browser.close()
+    path = shutil.which("chromium")
+    browser = start_playwright().chromium.launch(executable_path=path, args=["--no-sandbox"])
+    yield browser
+    browser.close()
 
 
 def list_violations(browser, address, open_folds=False, sizes=SIZES):

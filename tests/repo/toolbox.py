@@ -1,5 +1,6 @@
 """Helpers of all tests: running commands, finding tools, and installing the library."""
 
+import atexit
 import functools
 import os
 import re
@@ -32,6 +33,16 @@ def run(*command, cwd=ROOT, **environment):
     if done.returncode:
         pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
     return done.stdout
+
+
+@functools.cache
+def start_playwright():
+    """Start playwright, which can run only once in a process."""
+    from playwright.sync_api import sync_playwright
+
+    tool = sync_playwright().start()
+    atexit.register(tool.stop)
+    return tool
 
 
 def compile_objects(compiler, flags, sources, folder):

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 from browser import PAGE, load, visit
-from toolbox import need
+from toolbox import need, start_playwright
 
 SOFTWARE = [  # options for rendering without a GPU
     "--no-sandbox",
@@ -19,12 +19,10 @@ def browser():
     need("chromium")
     if not PAGE.exists():
         need("npm")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as tool:
-        browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
-        yield browser
-        browser.close()
+    path = shutil.which("chromium")
+    browser = start_playwright().chromium.launch(executable_path=path, args=SOFTWARE)
+    yield browser
+    browser.close()
 
 
 @pytest.fixture(scope="session")
