@@ -107,7 +107,7 @@ static void mend_end(samples *v, int end, int stride)
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
-    heading_pole pole[2];
+    heading_pole pole[2] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0.0, 0}};
     const int real = o->c.hi <= 0.0, poles = real ? make_poles(o, arc, pole) : o->l.hi != 0.0;
     double split = 0.0;
     int mends = 0;
