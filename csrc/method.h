@@ -72,8 +72,9 @@ typedef struct kr_step_polynomial {
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* How the torque of a parameter depends on the time: as the acceleration g(t); not at all; or as
- * the derivative of g(t) by a number of the shaking. */
+/* Dependence of a parameter's torque on the time. STRENGTH: proportional to the acceleration g(t).
+ * UNIFORM: constant. The others: proportional to the derivative of g(t) by a number of the
+ * shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,

@@ -30,6 +30,21 @@ def make_scene(name, **words):
     return kr.Scene(BODIES[name], **START, **words)
 
 
+def list_unsupported_calls(scene, path):
+    """Return calls that refuse tops on moving supports and with friction; `path` is of `scene`."""
+    return (
+        lambda: kr.exact(scene),
+        lambda: kr.solve(scene, 1.0, "exact"),
+        lambda: kr.solve(scene, 1.0, "strang", step=0.1),
+        lambda: kr.solve(scene, 1.0, "geometric", error=1e-3),
+        lambda: kr.lyapunov(scene, 10.0),
+        lambda: kr.megno(scene.vary(mass=[1.0, 2.0]), 10.0),
+        lambda: kr.rod(path),
+        lambda: kr.frequencies(path),
+        lambda: kr.fit(scene, kr.Record(path.t, {"q": path.q}, 0.1)),
+    )
+
+
 class Motion:
     """The equations of motion in space, for y = attitude and momentum."""
 

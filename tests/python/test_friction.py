@@ -12,6 +12,7 @@ from moving_tops import (
     compare_methods,
     integral_of,
     integrate_with_stops,
+    list_unsupported_calls,
     make_scene,
 )
 
@@ -142,19 +143,13 @@ def test_invalid_friction_is_refused(friction):
 def test_whatever_does_not_know_friction_says_so():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     for refused in (
+        *list_unsupported_calls(HEAVY, path),
         lambda: kr.exact(SPUN.replace(friction=0.1)),
         lambda: kr.solve(SPUN.replace(friction=0.1), 1.0, "exact"),
-        lambda: kr.solve(HEAVY, 1.0, "strang", step=0.1),
-        lambda: kr.lyapunov(HEAVY, 10.0),
-        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
-        lambda: kr.rod(path),
-        lambda: kr.frequencies(path),
         lambda: kr.Scene.spinning(LAGRANGE, spin=9.0, tilt=0.3, steady=True, friction=0.1),
-        lambda: kr.fit(HEAVY, kr.Record(path.t, {"q": path.q}, 0.1)),
         lambda: kr.solve(make_scene("general"), 1.0, tangents="friction"),
         lambda: kr.solve(HEAVY.vary(friction=[0.0, 0.1]), 1.0, tangents="friction"),
         lambda: kr.solve(make_scene("free", friction=0.1), 1.0, tangents=("start", "com")),
-        lambda: kr.solve(HEAVY, 1.0, "geometric", error=1e-3),
     ):
         with pytest.raises(ValueError, match="friction"):
             refused()

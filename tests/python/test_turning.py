@@ -15,6 +15,7 @@ from moving_tops import (
     compare_methods,
     compare_tangents,
     integral_of,
+    list_unsupported_calls,
     make_scene,
     unit_changes,
 )
@@ -223,19 +224,12 @@ def test_whatever_does_not_know_turning_supports_says_so():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
     for refused in (
-        lambda: kr.exact(HEAVY),
-        lambda: kr.solve(HEAVY, 1.0, "exact"),
+        *list_unsupported_calls(HEAVY, path),
         lambda: kr.solve(kr.Scene(axial, **START, turning=TURNING), 1.0, "bobenko_suris", step=0.1),
-        lambda: kr.lyapunov(HEAVY, 10.0),
-        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
-        lambda: kr.rod(path),
-        lambda: kr.frequencies(path),
         lambda: kr.events.separatrix(HEAVY),
         lambda: kr.solve(HEAVY, 1.0, events=[kr.events.kinetic(1.0)]),
         lambda: kr.Scene.spinning(axial, spin=9.0, tilt=0.3, steady=True, turning=TURNING),
         lambda: kr.Scene(axial, **START).vary(spin=[9.0], steady=True, turning=TURNING),
-        lambda: kr.fit(HEAVY, kr.Record(path.t, {"q": path.q}, 0.1)),
-        lambda: kr.solve(HEAVY, 1.0, "geometric", error=1e-3),
         lambda: kr.exact(kr.Scene(axial, **START, turning=ABOUT_E3)),
         lambda: kr.exact(kr.Scene(axial, **START).vary(turning=[ABOUT_E3, (0, 0, 1)])),
         lambda: kr.apex(kr.solve(make_scene("lagrange", turning=TURNING), path.t)).nutation(),

@@ -6,7 +6,7 @@ from browser import WIDE, advance, load, make_viewport
 
 
 @pytest.fixture
-def resized(page):
+def changeable_page(page):
     """Return the shared page, whose size and colours a test may change."""
     yield page
     page.set_viewport_size(make_viewport(WIDE))
@@ -15,17 +15,17 @@ def resized(page):
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_the_viewer(resized, size, scheme):
-    resized.set_viewport_size(make_viewport(size))
-    resized.evaluate(f"document.documentElement.style.colorScheme = '{scheme}'")
-    load(resized, "Compare four")
-    advance(resized, 2)
-    resized.evaluate("kreisel.page.setValue('gravity', NaN)")  # shows why it is refused
-    resized.get_by_role("button", name="Share").click()
-    assert check_page(resized, "panel and share") == []
-    resized.get_by_role("button", name="Close").click()
-    resized.get_by_role("button", name="Keys").click()
-    assert check_page(resized, "keys") == []
+def test_axe_finds_nothing_on_the_viewer(changeable_page, size, scheme):
+    changeable_page.set_viewport_size(make_viewport(size))
+    changeable_page.evaluate(f"document.documentElement.style.colorScheme = '{scheme}'")
+    load(changeable_page, "Compare four")
+    advance(changeable_page, 2)
+    changeable_page.evaluate("kreisel.page.setValue('gravity', NaN)")  # shows why it is refused
+    changeable_page.get_by_role("button", name="Share").click()
+    assert check_page(changeable_page, "panel and share") == []
+    changeable_page.get_by_role("button", name="Close").click()
+    changeable_page.get_by_role("button", name="Keys").click()
+    assert check_page(changeable_page, "keys") == []
 
 
 def test_axe_finds_a_button_without_a_name(page):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -44,19 +44,7 @@ FreeName = Literal[
     "rotor",
     "axes",
 ]
-FREE: tuple[FreeName, ...] = (
-    "start",
-    "attitude",
-    "velocity",
-    "moments",
-    "com",
-    "lever",
-    "gravity",
-    "mass",
-    "damping",
-    "rotor",
-    "axes",
-)
+FREE: tuple[FreeName, ...] = get_args(FreeName)
 Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empty
 
 _AXES = "xyz"

@@ -32,7 +32,7 @@ class Environment(NamedTuple):
     shaking: ArrayLike | None = None
     friction: ArrayLike | None = None
 
-    def checked(self) -> tuple[float, Vector, Vector, Vector, float]:
+    def validate(self) -> tuple[float, Vector, Vector, Vector, float]:
         """Return the validated values for one top; raise TypeError or ValueError otherwise."""
         return (
             check_gravity(self.gravity),

@@ -342,7 +342,7 @@ class Scene:
         around = Environment(gravity, damping, turning, shaking, friction)
         if check_steady(steady, fast, precession, around):
             refuse_steady_rotor(body)
-            torque = body.mass * around.checked()[0] * math.hypot(*body.com)
+            torque = body.mass * around.validate()[0] * math.hypot(*body.com)
             about = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
             about = 0.0 if precession is None else as_float("precession", precession)

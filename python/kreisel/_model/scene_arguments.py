@@ -50,7 +50,7 @@ def parse_checked(
     environment: Environment,
 ) -> SceneData:
     """Check the arguments of a scene one by one and return the data of the scene."""
-    around = environment.checked()
+    around = environment.validate()
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")

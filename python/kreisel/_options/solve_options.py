@@ -165,7 +165,7 @@ def options_for_method(
     )
 
 
-_memoized = lru_cache(maxsize=256, typed=True)(options_for_method)
+_find_options = lru_cache(maxsize=256, typed=True)(options_for_method)
 
 
 def make_options(
@@ -181,7 +181,7 @@ def make_options(
     """Return the result of `options_for_method`, memoized if the arguments are hashable."""
     if want is None or type(want) is tuple:
         try:
-            return _memoized(method, step, tol, digits, max_steps, requested, want, every)
+            return _find_options(method, step, tol, digits, max_steps, requested, want, every)
         except TypeError:  # an argument is not hashable, or invalid
             pass
     return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
