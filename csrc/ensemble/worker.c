@@ -122,12 +122,21 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return kr_scene_turns(scene) ? KR_ERR_TURNING : KR_ERR_ROTOR;
 }
+/* Returns the top for a scalar run. The batches of closed forms leave out tops on turning supports,
+ * which have the same closed form as a single top has by default. */
+static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
+{
+    if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
+        return worker->fallback ? worker->fallback : worker->exact_top;
+    const int has_torus = kr_body_kind(&scene->body, KR_KIND_RTOL) > KR_KIND_LAGRANGE;
+    const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
+    return is_closed ? worker->exact_top : worker->fallback;
+}
 /* Dispatches a top without a closed form to a lane or to a scalar run. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
     const int is_in_lane = !kr_scene_is_disturbed(scene) && !kr_body_has_rotor(&scene->body);
-    kr_top *alone = worker->fallback ? worker->fallback : worker->exact_top;
     if (!is_in_lane && kr_worker_has_tangents(worker)) {
         const kr_slot slot = {.top = i, .last = scene->start};
         const kr_stats none = {0};
@@ -135,7 +144,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     } else if (worker->isa && is_in_lane && (!worker->is_section || kr_section_suits_lanes(worker)))
         kr_scheduler_add(worker, i);
     else
-        kr_worker_run_scalar(worker, alone, i);
+        kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
 /* Dispatches the n tops from `from`: first those with a closed form, then all others. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
