@@ -106,7 +106,7 @@ class SearchSession:
         self.best: Solution | None = None
         self.alias: Point | None = None  # another start that fits as well
         self.evaluations = 0  # of parts and of pieces
-        self._shot = 0  # the number of pieces of the last search in pieces
+        self._piece_count = 0  # the number of pieces of the last search in pieces
         self._end = max(float(np.abs(record.t).max()) for record in records)
 
     @property
@@ -250,14 +250,14 @@ class SearchSession:
 
     def _keep(self, found: Minimum, model: ResidualModel) -> None:
         """Keep a minimum of the whole records if it is the best, and report the progress."""
-        self._tell(found.cost)
+        self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
             assert isinstance(point, Point)
             natural = model.natural_sizes(point)
             self.best = Solution(point, *found.evaluation, natural, found.cost, found.has_converged)
 
-    def _tell(self, cost: float) -> None:
+    def _report_cost(self, cost: float) -> None:
         if self.progress is not None:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
@@ -306,7 +306,7 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._hear))
+            found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._report_minimum))
             turned = found.point
             assert isinstance(turned, Point)
             change = float(np.linalg.norm(turned.rate - best.point.rate))
@@ -326,8 +326,8 @@ class SearchSession:
         by_rate[:, self.parameters.at("velocity")] = np.eye(3)
         return bool(np.isfinite(spectrum.propagate(by_rate)[1]).all())
 
-    def _hear(self, found: Minimum) -> None:
-        self._tell(found.cost)
+    def _report_minimum(self, found: Minimum) -> None:
+        self._report_cost(found.cost)
 
     def _extend(self, point: Point, agreement: float) -> Point:
         """Return a point fitted to ever longer parts of the records."""
@@ -347,7 +347,7 @@ class SearchSession:
         return point
 
     def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
-        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, lambda m: self._tell(m.cost))
+        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, lambda m: self._report_cost(m.cost))
         found = minimize(part, point, settings)
         self.evaluations += part.evaluations
         assert isinstance(found.point, Point)
@@ -390,9 +390,9 @@ class SearchSession:
             count = pieces or choose_pieces(guess.point, self.records)
             if count < least or guess.motion is None:
                 continue
-            if count == self._shot:
+            if count == self._piece_count:
                 return  # these pieces have been tried
-            self._shot = count
+            self._piece_count = count
             if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
@@ -425,7 +425,7 @@ class SearchSession:
             self.best = before
 
     def _keep_pieces(self, found: Minimum, model: ShootingModel) -> None:
-        self._tell(found.cost)
+        self._report_cost(found.cost)
         pieces = found.point
         assert isinstance(pieces, Pieces)
         residuals, jacobian = found.evaluation
