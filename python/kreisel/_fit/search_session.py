@@ -306,7 +306,8 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            found = minimize(self.model, alias, Search(self.loss, limit, _ALIAS_FTOL, self._report_minimum))
+            settings = Search(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
+            found = minimize(self.model, alias, settings)
             turned = found.point
             assert isinstance(turned, Point)
             change = float(np.linalg.norm(turned.rate - best.point.rate))
@@ -347,7 +348,7 @@ class SearchSession:
         return point
 
     def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
-        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, lambda m: self._report_cost(m.cost))
+        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
         found = minimize(part, point, settings)
         self.evaluations += part.evaluations
         assert isinstance(found.point, Point)
