@@ -219,10 +219,26 @@ def names_of_macros(items):
     return calls, set(re.findall(r"\b([a-z]\w*_)##", bodies))
 
 
+def expand_macros(items):
+    """Return the text of the calls of macros at file scope: NATIVE(quad, ...) has quad_add."""
+    macros, texts = {}, []
+    for item in items:
+        if defined := re.match(r"#\s*define (\w+)\(([\w, ]*)\)(.*)", item, re.S):
+            macros[defined[1]] = defined[2].split(", "), defined[3]
+    for item in items:
+        call = re.match(r"(\w+)\((.*)\)\n", item)
+        if call and call[1] in macros:
+            parameters, body = macros[call[1]]
+            given = dict(zip(parameters, call[2].split(", "), strict=False))
+            text = re.sub(r"\w+", lambda word, given=given: given.get(word[0], word[0]), body)
+            texts.append(text.replace("##", ""))
+    return "".join(texts)
+
+
 def prune(items):
     """Return the items without static functions and data that nothing uses."""
     stems = tuple(names_of_macros(items)[1])
-    count = Counter(re.findall(r"\w+", "".join(items)))
+    count = Counter(re.findall(r"\w+", "".join(items) + expand_macros(items)))
 
     def is_used(item):
         return (
