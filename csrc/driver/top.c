@@ -245,8 +245,10 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
     if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
     if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
     if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
-    const int is_built =
-        (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
+    const uint64_t of_supports = KR_TANGENT_TURNING | KR_TANGENT_SHAKING | KR_TANGENT_FRICTION;
+    const int is_built = (config->digits <= 16 || method->extended) &&
+                         (!config->tangents || method->tangents) &&
+                         (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
 /* Returns the status of a method that does not apply to a scene: KR_ERR_ROTOR if the method would

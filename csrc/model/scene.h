@@ -24,15 +24,26 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind of the top. Without gravity, a top is a free body wherever its centre of mass
  * is. */
 kr_kind kr_scene_kind(const kr_scene *scene);
+/* If KR_NO_SUPPORTS is defined, the Taylor series does without the terms of friction and of moving
+ * supports, and refuses scenes that need them. */
+#ifdef KR_NO_SUPPORTS
+#  define KR_HAS_SUPPORTS 0
+#else
+#  define KR_HAS_SUPPORTS 1
+#endif
 /* Returns 1 if the support turns. */
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 /* Returns 1 if the support is shaken. */
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
+/* Returns 1 if the top has dry friction, or if its support moves. */
+static inline int kr_scene_needs_support_terms(const kr_scene *scene)
+{
+    return scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene);
+}
 /* Returns 1 if the top is damped or has dry friction, or if its support moves. */
 static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
-    return v_largest(scene->damping) > 0.0 || scene->friction > 0.0 || kr_scene_turns(scene) ||
-           kr_scene_shakes(scene);
+    return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
 /* Returns 1 if the support turns about the vertical. In the space at rest the motion of an undamped
  * top is then that of a top on a support at rest. */

@@ -216,15 +216,21 @@ APART void expand_gyrostat(kr_series *s, int from, int order, form what)
     else
         expand_linear_form(s, from, order, WHOLE, GYROSTAT);
 }
-#include "support.h"
+#ifndef KR_NO_SUPPORTS
+#  include "support.h"
+#endif
 /* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
     if (s->linear != 0.0) {
-        if (s->linear > 2.0)
+#ifndef KR_NO_SUPPORTS
+        if (s->linear > 2.0) {
             expand_support(s, from, order, what);
-        else if (s->linear > 1.0)
+            return;
+        }
+#endif
+        if (s->linear > 1.0)
             expand_gyrostat(s, from, order, what);
         else
             expand_damped(s, from, order, what);

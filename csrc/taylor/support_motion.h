@@ -9,7 +9,7 @@
  * not. */
 static inline int kr_support_moves(const kr_scene *scene)
 {
-    return scene && (scene->friction > 0.0 || kr_scene_turns(scene) || kr_scene_shakes(scene));
+    return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns the largest rate of the support's motion, of the friction, and of the angular velocity
  * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms

@@ -221,13 +221,14 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
     dd factor;
-    if (motion->scene && motion->scene->friction > 0.0 &&
+    if (KR_HAS_SUPPORTS && motion->scene && motion->scene->friction > 0.0 &&
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
 /* Returns 1 if the support moves, or if a deviation is due to its motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
+    if (!KR_HAS_SUPPORTS) return 0;
     for (size_t i = 0; i < n; i++)
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
@@ -301,7 +302,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     kr_tangent *first = tangent(motion, memory, 0),
                *rest_of_them =
                    tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n));
-    if (tangent_work_of(memory)->moving != 0.0) {
+    if (KR_HAS_SUPPORTS && tangent_work_of(memory)->moving != 0.0) {
         kr_support_expand_tangents(motion, series_work(motion)->rate, path, first, n,
                                    order_of(motion));
         return;
@@ -323,7 +324,8 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
         part[word].t = part[word].end = part[word].at;
     }
-    if (part->linear > 2.0) kr_support_place(part, motion, series_work(motion)->rate);
+    if (KR_HAS_SUPPORTS && part->linear > 2.0)
+        kr_support_place(part, motion, series_work(motion)->rate);
     kernel->advance(part, series_work(motion)->log2_tol, 1.0);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;

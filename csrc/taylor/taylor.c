@@ -93,7 +93,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor) / least;
     int exponent = 0;
     const double own = fmax(fmax(drag, carried), sqrt(twice_energy / least));
-    frexp(fmax(own, kr_support_rate(motion, W, is_held)), &exponent);
+    frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. */
@@ -111,9 +111,9 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const int is_plain = !kr_support_moves(motion->scene);
-    const vec_dd lever = is_plain ? v_dd(motion->lever, motion->lever_low)
-                                  : kr_support_set_constants(s, motion, rate),
+    const int moves = KR_HAS_SUPPORTS && kr_support_moves(motion->scene);
+    const vec_dd lever = KR_HAS_SUPPORTS && moves ? kr_support_set_constants(s, motion, rate)
+                                                  : v_dd(motion->lever, motion->lever_low),
                  c = scale_by_power(1.0 / (rate * rate), lever);
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
@@ -123,11 +123,11 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_rotor(s, motion, rate);
-    if (!is_plain) s[0].linear = 3.0;
+    if (moves) s[0].linear = 3.0;
     const double rates =
         v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
-    if (!is_plain) kr_support_limit_steps(s, motion, rate);
+    if (KR_HAS_SUPPORTS && moves) kr_support_limit_steps(s, motion, rate);
 }
 /* Returns the attitude. Without the heading, returns the shortest of all rotations that take P to
  * the vertical. P has unit length up to the tolerance, so two terms of the series of 1 / |P|
@@ -210,7 +210,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;
     reset_to_begin(p->series);
-    if (!(high->linear > 2.0)) return;
+    if (!KR_HAS_SUPPORTS || !(high->linear > 2.0)) return;
     p->held_rate = rate_for(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     kr_support_start(motion);
@@ -234,7 +234,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     (void)until;
     /* No step in doubles can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (s->linear > 2.0) {
+    if (KR_HAS_SUPPORTS && s->linear > 2.0) {
         const kr_status status = kr_support_step(motion, kernel_of_motion(motion));
         if (status != KR_OK) return status;
     } else if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
@@ -312,7 +312,7 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
     piece.product = isa ? isa->product : kr_product_base;
-    if (s->linear > 2.0) {
+    if (KR_HAS_SUPPORTS && s->linear > 2.0) {
         piece.is_disturbed = 1;
         piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
         kr_support_slopes(motion, piece.slope_x, piece.slope_w);
