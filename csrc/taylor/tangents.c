@@ -34,8 +34,8 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
 /* Returns the number of batches, which precede the single deviations in memory. A deviation has
- * bitwise equal results in a batch and by itself, so a small build has no batches. This also holds
- * for tops on moving supports. */
+ * bitwise equal results in a batch and by itself, so a small build has no batches. Tops on moving
+ * supports have no batches, either. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
