@@ -388,10 +388,10 @@ typedef struct kr_config {
      * steps. Compare two results with different steps to see how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
-     * only up to a rotation about the vertical, at lower cost. Not for supports that turn. */
+     * only up to a rotation about the vertical, at lower cost. Not on turning supports. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
-     * which select the derivatives. By friction, if not 0; with it by com, if not 0. */
+     * which select the derivatives. There is none by friction = 0, nor by com = 0 with friction. */
     uint64_t tangents;
 } kr_config;
 /* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a
@@ -480,17 +480,17 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * regard to the tangents. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
- * tangents [n][6][columns] by the same parameters. Those of q are a rotation vector, of 3 numbers.
+ * tangents [n][6][columns] by the same parameters. That of q is a rotation vector (3 numbers).
  * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com
  * at com = 0, of body_acceleration with friction, and of K and G if a change makes them NaN. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
-/* Checkpoints. A checkpoint can be loaded into a top with the same scene but for the start, method,
- * config (max_steps and poll may differ) and watched events. The top then continues with the same
- * bits and events. If taylor continues with another kernel, the states agree up to rounding only.
- * (All kernels with fused multiply-add give bitwise equal results.) */
+/* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
+ * its start) and config (except max_steps and poll). The top then continues with the same bits and
+ * events. If taylor continues with another kernel, the states agree up to rounding only. (All
+ * kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
@@ -738,7 +738,7 @@ typedef struct kr_goryachev_chaplygin {
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Does the same as kr_kowalewski_plan for these tops. Bound 0 stands for KR_CHAPLYGIN_BOUND. */
+/* Like kr_kowalewski_plan, for these tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */

@@ -65,15 +65,15 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
- * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
- * derivatives with respect to this parameter. Those of the moments and the damping are symmetric
- * matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with
- * one exception: strongly damped motions with deviations take short steps only. */
+ * a change of the momentum in space. The seed of a parameter contains the initial deviation, and
+ * the derivatives of the scene with respect to this parameter. The derivatives of the moments and
+ * of the damping are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the
+ * motion, with one exception: strongly damped motions with deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Dependence of a parameter's torque on the time. STRENGTH: proportional to the acceleration g(t).
- * UNIFORM: constant. The others: proportional to the derivative of g(t) by a number of the
+/* Time dependence of a parameter's torque: proportional to the acceleration g(t) (STRENGTH),
+ * constant (UNIFORM), or proportional to the derivative of g(t) with respect to a number of the
  * shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
@@ -84,8 +84,8 @@ typedef enum kr_timing {
     KR_TIMING_PHASE
 } kr_timing;
 /* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration; the
- * lever varies with the time as `timing` says. `turning` is that of the support in space, `apex`
- * that of the apex, and `friction` that of the dry friction. */
+ * lever varies with the time as `timing` says. `turning`, `apex` and `friction` are the derivatives
+ * of the support's turning in space, of the apex and of the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -166,11 +166,11 @@ struct kr_method {
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Returns M, a momentum in the body without a rotor, plus that of the rotor. */
+/* Returns the momentum M of the body without its rotor plus the momentum of the rotor. */
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;
-    /* Adding 0 would change the sign of a negative zero. */
+    /* A rotor of 0 is not added, because the sum could change the sign of a negative zero. */
     return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
 }
 /* Returns the angular velocity in the body, given the momentum M in the body. */

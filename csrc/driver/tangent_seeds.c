@@ -33,7 +33,7 @@ typedef struct {
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Returns a new seed, of a parameter that changes nothing. */
+/* Returns a seed whose derivatives are all zero. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -90,7 +90,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Writes the three seeds of the centre of mass. They change the apex, too, if there is one. */
+/* Writes the three seeds of the centre of mass. If com is not zero, these parameters also change
+ * the apex. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -157,7 +158,7 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of each column to `unit`, in the user's units. Each is a power of
+/* Writes the internal unit of each column to `unit`, in the user's units. Each factor is a power of
  * two. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
@@ -178,8 +179,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Returns a rotation vector in the frame of description, given in working axes. Up to 16 digits the
- * rotation is in doubles. `axes` is kr_extended_axes. */
+/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits, the
+ * computation is in doubles. `axes` is kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

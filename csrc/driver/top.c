@@ -68,8 +68,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the space at rest to the axes of a support that turns about e3. They agree
- * at the start. */
+/* Converts a state from the space at rest to the axes of a support that turns about e3. Both frames
+ * coincide at the start. */
 static void turn_with_support(const kr_top *top, kr_state *state)
 {
     const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
@@ -79,7 +79,7 @@ static void turn_with_support(const kr_top *top, kr_state *state)
     state->m = q_turn(turn, state->m);
 }
 /* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
- * Returns 0 if the state is not good, and then leaves the low words unchanged. */
+ * Returns 0 if the state is not valid, and then leaves the low words unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -261,8 +261,8 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if the scene has no derivatives of these kinds due to its friction: friction 0 can only
- * grow, and a centre of mass at the fixed point does not give the apex. */
+/* Returns 0 if friction makes one of the requested derivatives undefined. This is so for the
+ * derivative with respect to a friction of 0, and with respect to com if com is 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
@@ -280,7 +280,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a support that turns, the rotation about the vertical changes the motion. */
+    /* On a turning support, the motion depends on the heading. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
@@ -451,9 +451,8 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     return status;
 }
 /* Records the states at the first of n times, for a method that evaluates many times in one call.
- * Each of these times must lie beyond the main motion and the times before it. Returns the number
- * of recorded states, 0 if record_one must examine the first time. Writes the status of a failed
- * step. */
+ * Each time must lie beyond the main motion and the previous time. Returns the number of recorded
+ * states; it is 0 if record_one must process the first time. Writes the status of a failed step. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

@@ -95,7 +95,8 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    /* Closed forms would not be faster, and turning supports need the heading. */
+    /* Closed forms would not become faster, and motions on turning supports depend on the
+     * heading. */
     if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
@@ -109,7 +110,8 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     }
     kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
-    /* A closed form on a torus takes as long as thousands of steps, but has no step that polls. */
+    /* The plan of a closed form on a torus takes as long as thousands of steps and does not
+     * poll. */
     if (top == worker->exact_top && config.poll && config.poll(config.context))
         worker->interrupted = 1;
 }

@@ -120,7 +120,7 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
 /* Adds factor * <m, e> for an axis e of space: the series of <e q, q M>, with the momentum M in the
- * body. Valid for damped motions and moving supports, too. */
+ * body. The formula also holds for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -201,8 +201,8 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor * the component of the angular velocity relative to the support along the vector
- * `along`, which is fixed in the body. */
+/* Adds factor * <U, along>, for the angular velocity U relative to the support and a vector `along`
+ * that is fixed in the body. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -261,7 +261,7 @@ static double component_bound(const kr_top *top, double rate, int number)
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* The energy of a top on a moving support is not bounded in this way. */
+    /* On a moving support, energy conservation gives no such bound. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
@@ -363,7 +363,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (p->held != 0.0 && is_stop(e)) {
-        /* The spin of a held top is 0. The sign beyond the zero makes the stop an event. */
+        /* While friction holds the top, its spin is 0. The sign after the zero is set to the
+         * opposite one, so that the stop counts as an event. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }

@@ -72,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
-    /* The rotor and the spin have equal or opposite effects. */
+    /* The momentum of the rotor is parallel or antiparallel to that of the spin. */
     r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);

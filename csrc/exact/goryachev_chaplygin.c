@@ -170,8 +170,8 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    /* If G is zero, two branch points coincide. The motion is then replaced by a neighbouring one.
-     * Both differ by less than rounding errors, except that planar motions may be unstable. */
+    /* If G is zero, two branch points coincide. In this case, a neighbouring motion is used. Both
+     * differ by less than rounding errors, except that planar motions may be unstable. */
     if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
@@ -282,10 +282,10 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan. It is the largest of three errors: the terms left out, the
- * error beside the start, and the rounding errors of the heading. The latter are those of the
- * coefficients of its rate, averages over the grid, divided by the rate of an angle. The rates are
- * small if the momentum is small. */
+/* Returns the certificate of a plan. It is the largest of three errors: of the omitted terms, of a
+ * state near the start, and of the heading due to rounding. The last is the rounding error of the
+ * heading's rate, a mean over the grid, divided by the rate of an angle. The rates of the angles
+ * are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {
@@ -369,8 +369,8 @@ static kr_state chaplygin_state(const void *memory, double t)
 static kr_state chaplygin_state_at(const void *memory, double first, double second)
 {
     const kr_chaplygin_plan *plan = memory;
-    /* The phases are halves of angles. `second` is a whole angle if only its whole multiples occur.
-     */
+    /* The phases are halves of angles. `second` is the whole angle instead if only integer
+     * multiples of it occur. */
     const double part = plan->angle[1].is_whole[0] ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
     return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);

@@ -6,9 +6,9 @@
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). The integral of
  * each term has a sum or difference of multiples of the two rates as its divisor. If this makes a
- * term large, the term is integrated from the start instead (kr_slow_term). Its error grows by a
- * rounding error of its coefficient for each radian of the heading. This is less than the effect of
- * a rounding error of the start.
+ * term large, the term is integrated from the start instead (kr_slow_term). The error of this term
+ * grows by one rounding error of its coefficient for each radian of the heading. This is less than
+ * the effect of a rounding error of the start.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -98,8 +98,8 @@ static double tail_of(const double v[], int M)
     return last / most;
 }
 /* Returns the number of coefficients up to the last one that is not negligible relative to the
- * largest one or to `scale`, or one more if this number is odd. Most of those left out are rounding
- * errors of the transform. M is even. */
+ * largest one or to `scale`, or one more if this number is odd. Most of the omitted coefficients
+ * are rounding errors of the transform. M is even. */
 static int count_terms(const double v[], int M, double scale)
 {
     int count = M;
@@ -256,7 +256,7 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
     }
 }
 /* The two terms for a multiple of each angle: one for the sum of the multiples, one for the
- * difference. A term is `value` times a cosine or sine. Its integral has the divisor `rate`. */
+ * difference. A term is `value` times a cosine or sine. Integration divides the term by `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

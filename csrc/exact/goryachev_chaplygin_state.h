@@ -33,8 +33,8 @@ INLINE angle_lanes angle_of(dd half)
     return a;
 }
 /* Clenshaw's recurrence for one series, whose terms of even and of odd index are summed separately.
- * Its argument is twice the angle, and it takes half as many steps as for all terms together. The
- * members have the last value of each recurrence, and the one before. */
+ * Each recurrence has twice the angle as its argument and needs half as many steps. The members
+ * have the last value of each recurrence, and the one before. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -80,7 +80,7 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     return finish_part(e, which, &p, a);
 }
 /* Writes the sums c and s of both angles. The four series have the same number of terms. They are
- * summed together, because the steps of a single recurrence wait for each other. */
+ * summed together, because the steps of a single recurrence depend on each other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -120,9 +120,9 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
 }
 /* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
  * of the mean angles. The first steps of Newton's method use the first terms of the series only.
- * The others are safe in a bracket, because t grows with tau everywhere. A step that is not at most
- * half of the last step is replaced by bisection, because Newton's method can alternate between two
- * points on both sides of the solution. Writes the true angles to `a`. */
+ * The later steps are confined to a bracket, which exists because t grows monotonically with tau. A
+ * step that is not at most half of the last step is replaced by bisection, because Newton's method
+ * can alternate between two points on both sides of the solution. Writes the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -161,8 +161,8 @@ INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
     to[0] = from[0] * c - from[1] * s;
     to[1] = from[1] * c + from[0] * s;
 }
-/* Fills the waves, each from the one four places before, because the steps of a single recurrence
- * wait for each other. */
+/* Computes each wave from the one four indices before. Four independent recurrences are faster than
+ * one, whose steps depend on each other. */
 INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
                                heading_waves *wave)
 {

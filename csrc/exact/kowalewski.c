@@ -63,7 +63,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the relative errors of energy and <m, e3> of a state, at most. */
+/* Returns the larger of the relative errors of energy and <m, e3> of a state. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
@@ -72,13 +72,14 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of integrals at points of the torus. The samples from which the sums
- * are made are fewer, and near saddles the errors between them are up to 1e4 times as large. */
+/* Returns the largest error of integrals at points of the torus. The sums are fitted to fewer
+ * samples. Near saddles, the errors between these samples are up to 1e4 times as large as at the
+ * samples. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
     for (int i = 1; i <= POINTS; i++) {
-        /* Multiples of two irrational numbers fill the torus evenly. */
+        /* The points are multiples of two irrational numbers, which fill the torus evenly. */
         const dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                              dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
         const kr_state s = kowalewski_kernel_at(plan, 0.0, phase);

@@ -4,9 +4,9 @@
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
  * theta1 and theta2 grow linearly with time, and e is a complex number of modulus 1 whose phase
  * grows linearly. The coefficients c are real, except that they are imaginary for odd k2 in all
- * sums but Q. The sums P, Q and R are real. Near a separatrix, kowalewski_dual.h has other sums for
- * the same functions. Bobenko, Reyman and Semenov-Tian-Shansky (Comm. Math. Phys. 122 (1989) 321)
- * give theta functions of the same curve. */
+ * sums but Q. The sums P, Q and R are real. Near a separatrix, the sums of kowalewski_dual.h
+ * represent the same functions without cancellation. Bobenko, Reyman and Semenov-Tian-Shansky
+ * (Comm. Math. Phys. 122 (1989) 321) give theta functions of the same curve. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "torus.h"

@@ -2,14 +2,15 @@
  * near a separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other
  * terms, which do not cancel: with z = theta + i beta, the terms of a class r add up to
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
- * where k runs over the dual of the lattice of the class, shifted according to its signs. A factor
- * that all sums have in common is left out, and so is exp(-i theta B^-1 beta), which belongs to e.
- * With theta between -2 pi and 2 pi and k = (k1, k2)/4, what is left is
+ * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
+ * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted as well, because it
+ * is part of e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, what is left is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * The unknown constants are those of combinations of classes whose terms are few.
- * Poisson's summation is exact. What was found numerically and is not proved is what
- * kowalewski_theta.h says about classes and signs. validation/studies/torus_edges.py compares the
- * states with 30 digits near every kind of separatrix that is known.
+ * Linear combinations of the classes have fewer terms, so their coefficients are the unknown
+ * constants. Poisson's summation is exact. The rules for classes and signs are those of
+ * kowalewski_theta.h, which were found numerically and are not proved.
+ * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
+ * of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -18,7 +19,7 @@
 #include "kowalewski_theta.h"
 
 /* The combinations of the classes of one sum: weight[b][i] is the weight of class i in combination
- * b. There are as many combinations as classes. */
+ * b. The number of combinations equals the number of classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -72,8 +73,8 @@ static void append_combination(dual_basis *b, int *found, const double weight[])
     if (*found < b->count && size > 0.25 && left > 0.25 * size)
         memcpy(b->weight[(*found)++], rest, sizeof rest);
 }
-/* Finds the combinations of the classes of a sum. Each has the terms of one k1 and one k2 modulo 8,
- * or of two. */
+/* Finds the combinations of the classes of a sum. The terms of a combination belong to one or two
+ * pairs (k1, k2) modulo 8. */
 static void make_basis(int kind, int sum, dual_basis *b)
 {
     const int pairs = has_pairs(kind);
@@ -93,7 +94,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with the same shifts belong together. */
+                    /* Only classes with the same shifts are combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -114,7 +115,8 @@ static cx factor_of(const dual_basis *b, int kind, int sum, int which, int k1, i
 /* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for theta in the cell. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
-    /* With theta = 2 pi x, |x| <= 1. The two coordinates are improved in turn. */
+    /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating over the two
+     * coordinates. */
     double x = fmax(-1.0, fmin(1.0, k1)), y = fmax(-1.0, fmin(1.0, k2));
     for (int i = 0; i < 40; i++) {
         x = fmax(-1.0, fmin(1.0, k1 - bend[1] / bend[0] * (y - k2)));
@@ -129,8 +131,8 @@ static int are_growths_small(const dual_work *d)
     const double first = d->bend[0] + fabs(d->bend[1]), second = d->bend[2] + fabs(d->bend[1]);
     return d->wide[0] * first + d->wide[1] * second < 1200.0;
 }
-/* Lists the terms that matter somewhere. Returns 0 if there are too many, or if they are too large
- * for doubles. */
+/* Lists the terms that exceed a rounding error at some point of the torus. Returns 0 if there are
+ * too many, or if they are too large for doubles. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -175,7 +177,7 @@ static void size_dual_terms(dual_work *d, const double beta[2])
         n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));
     }
 }
-/* Writes the powers that belong to two angles. */
+/* Writes the powers for two angles. */
 static void make_growth(const dual_work *d, const double theta[2], growth_lanes *w)
 {
     const double fourth = 0.25 * 0.31830988618379067154; /* 1/(4 pi) */
@@ -183,7 +185,7 @@ static void make_growth(const dual_work *d, const double theta[2], growth_lanes 
     for (int j = 0; j < 2; j++) x[j] = dd_of(fourth * theta[j] - nearest(fourth * theta[j]));
     fill_growth(d->bend, d->wide, x, w);
 }
-/* Returns the power that belongs to a term. */
+/* Returns the power for a term. */
 static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
@@ -228,7 +230,7 @@ static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2]
     find_sizes(w);
     return better;
 }
-/* Writes the coefficient of a term in a sum. Returns 0 if the sum does not have the term. */
+/* Writes the coefficient of a term in a sum. Returns 0 if the term does not occur in the sum. */
 static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, const dual_term *n,
                             cx *out)
 {

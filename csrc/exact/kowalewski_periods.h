@@ -51,7 +51,7 @@ static cx nearest_on_segment(cx a, cx b)
     return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
 /* Computes the reference points for the signs of the square roots along a path, from its start to
- * sin^2(x/2) = `end`. Branch points on the rest of the path do not matter. */
+ * sin^2(x/2) = `end`. Branch points on the rest of the path do not affect the integral. */
 static void finish_path(kowalewski_path *p, double end)
 {
     for (int i = 0; i < p->count; i++) {

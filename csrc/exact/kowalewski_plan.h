@@ -29,8 +29,8 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
- * least root. This is the case in all known motions, but it is not proved for all orders of the
- * roots. validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
+ * least root. This holds in all known motions, but is not proved for all orders of the roots.
+ * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-25;
@@ -256,8 +256,8 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     }
     return 1;
 }
-/* Writes S and T at the start, and their time derivatives, for dual sums. A real part of slope/sum
- * that both have in common is left out. */
+/* Writes S and T at the start, and their time derivatives, for dual sums. The common real part of
+ * slope/sum is omitted. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
     const dual_work *d = &w->dual;
@@ -365,8 +365,8 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
-/* Computes everything of which the sums are made. Returns KR_KOWALEWSKI_PLANNED, or the reason why
- * the top is refused. */
+/* Computes the roots, arcs, periods, samples and rates from which the sums are made. Returns
+ * KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
@@ -378,7 +378,7 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
-    /* The formulas of a start have the distances as divisors. */
+    /* The formulas for the start divide by these distances. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     if (!is_on_arcs(o, top->state)) return unresolved;

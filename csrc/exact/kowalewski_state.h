@@ -45,9 +45,9 @@ INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes 
         w->im2[k & 1][up] = im[k];
     }
 }
-/* Powers of the growths exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one` has the
- * power k at index k + WIDE_MOST. `two` has it at index (k + WIDE_MOST)/4 of the array for k modulo
- * 4, so that the powers for a row are contiguous. */
+/* Powers of the growths exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one`
+ * contains the power k at index k + WIDE_MOST. `two` contains the power k at index (k +
+ * WIDE_MOST)/4 of the array for k modulo 4, so that the powers for a row are contiguous. */
 typedef struct growth_lanes {
     wide one[2 * WIDE_MOST + 1];
     wide two[4][WIDE_MOST / 2 + 1];
@@ -77,7 +77,7 @@ INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], 
     for (int k = -most[1]; k <= most[1]; k++)
         w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
 }
-/* Writes the dual sum of some rows, whose terms begin at `term`. The terms of complex sums have two
+/* Writes the dual sum of some rows, whose terms begin at `term`. Each term of a complex sum has two
  * numbers. Returns the address after their last term. */
 INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
                                    const double *term, const growth_lanes *w, wide *re, wide *im)
@@ -101,7 +101,7 @@ INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_compl
     *im = sum_im;
     return term;
 }
-/* Writes all dual sums, and adds to the phase of e what depends on the other two phases. */
+/* Writes all dual sums, and adds the contribution of the other two phases to the phase of e. */
 INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wide re[], wide im[])
 {
     growth_lanes w;

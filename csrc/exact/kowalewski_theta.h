@@ -2,8 +2,8 @@
  * each class of n, they are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
- * Each sum has terms of some classes only. All this was found numerically and is not proved. It is
- * tested with 1e6 random tops by validation/studies/torus_accuracy.py. A plan whose sums do not
+ * Each sum has terms of some classes only. These rules were found numerically and are not proved.
+ * validation/studies/torus_accuracy.py tests them with 1e6 random tops. A plan whose sums do not
  * agree with states of the top is refused. The constants of S and T are the null vector of the
  * equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
@@ -246,7 +246,7 @@ static double find_spinor(theta_work *w, const double beta[2])
     return better;
 }
 /* Writes beta for one of four values of b, which differ by rows of B/2. Multiples of the rows of B
- * are added that make the sums smallest. */
+ * are added, chosen so that the sums are smallest. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -266,8 +266,8 @@ static double try_spinor_class(theta_work *w, int i)
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta);
 }
-/* Tries the four values of b until one fits well. If none does, the best one is used. Returns 0 if
- * none fits. */
+/* Tries the four values of b until one satisfies the equations well. If there is no such value, the
+ * best one is used. Returns 0 if no value satisfies the equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;

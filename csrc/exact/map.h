@@ -145,8 +145,8 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis rests. It rests at a pole, where a tilt and a velocity below 1e-100 count
- * as zero. It also rests anywhere without gravity and momentum. */
+/* Returns 1 if the axis rests. A top rests at a pole if its tilt and its velocity are below 1e-100.
+ * Without gravity and momentum, it rests in any attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,

@@ -160,8 +160,8 @@ static inline wide sign_of(wide x)
 /* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
  * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y also wind about zero,
  * in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through zero,
- * the phase jumps by half a turn in an undefined sense. This counts as no winding. For a free top,
- * beta is a theta4, which has no zeros and does not wind. */
+ * the phase jumps by half a turn in an undefined sense. In this case, the winding is defined as
+ * zero. For a free top, beta is a theta4, which has no zeros and does not wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

@@ -129,8 +129,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the longest step at the angular velocity W. A body carries its rotor about at the rate
- * |h| / I. */
+/* Returns the longest step at the angular velocity W. A rotor with the momentum h turns W in the
+ * body at the rate |h| / I. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;

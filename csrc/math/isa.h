@@ -6,9 +6,9 @@
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The features of x86 that the code uses. kreisel.c (cmake/amalgamate.py) selects them by
- * attributes of functions. Clang defines no macros for such attributes, so kreisel.c defines
- * KR_TARGET_AVX2 etc. */
+/* The x86 features that the code uses. In kreisel.c (cmake/amalgamate.py), attributes of functions
+ * select them. Clang defines no macros for such attributes, so kreisel.c defines KR_TARGET_AVX2
+ * etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif

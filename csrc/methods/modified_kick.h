@@ -57,8 +57,8 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if the rotation of the top in a step is at most `most` [rad], at the largest rate that
- * its energy allows, and at the rate with which a body carries its rotor about. */
+/* Returns 1 if a step rotates the top by at most `most` [rad]. The rate is the larger of the
+ * largest one that the energy allows and the one due to the rotor. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {

@@ -5,11 +5,11 @@
  * symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body needs four
  * rotations: about m, and about N, T and N again. The error of the drift is of third order in the
  * step. It is smallest if B is the axis of the middle moment. A rotor with the momentum h adds a
- * constant rate to the rotation about each axis, -h_N / I_N about N, and then B needs a rotation,
- * too. The drift of a symmetric body stays exact if the rotor is along T. The rounding error of
- * each sum is kept and added to the next sum (Kahan 1965). The rounding errors of the energy are
- * then as small as those of the changes of q and m, which are much smaller than those of q and
- * m. */
+ * constant rate to the rotation about each axis, -h_N / I_N about N. A rotation about B is then
+ * needed, too. The drift of a symmetric body stays exact if the rotor is along T. The rounding
+ * error of each sum is kept and added to the next sum (Kahan 1965). The rounding errors of the
+ * energy are then as small as those of the changes of q and m, which are much smaller than those of
+ * q and m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -138,8 +138,8 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. This function is not inline, so that the code of other
- * bodies stays short. */
+/* Applies the drift of a body with a rotor. The function is not inline, which keeps the code for
+ * other bodies short. */
 static void splitting_drift_rotor(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);

@@ -24,7 +24,7 @@ int kr_body_last_axis(const kr_body *body);
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 /* Returns 1 if the body has a rotor. */
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
-/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. If the
- * centre of mass of a spherical body is not the fixed point, the rotor must be along it. */
+/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. The rotor
+ * of a spherical body must be along the centre of mass, unless this is the fixed point. */
 int kr_body_is_rotor_axial(const kr_body *body, double rtol);
 #endif

@@ -203,7 +203,8 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin of a rounding error is that of a top which friction holds, if it can. */
+    /* A spin of the size of a rounding error counts as zero, so friction holds the top if it
+     * can. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }
@@ -232,7 +233,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* The maps do not apply. */
+    /* Maps do not apply to tops on moving supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +

@@ -18,9 +18,11 @@ struct kr_quantity {
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
-/* Returns the acceleration along -e3 at the time t, by gravity and by a shaken support. */
+/* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
+ * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* A spin of at most this fraction of the angular velocity is that of a top held by friction. */
+/* If the spin is at most this fraction of the angular velocity, the top counts as held by
+ * friction. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
 /* The function kr_state_<name> computes a quantity. The number of doubles determines the type of

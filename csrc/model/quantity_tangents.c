@@ -5,8 +5,8 @@
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
  * with the angular velocity O of the support and U relative to it, for which
  *     dO = O x theta + R* dturning R,   dU = dW - dO
- * and R (dv + theta x v) R* of a vector R v R* in space. A parameter also changes quantities that
- * depend on it. */
+ * and R (dv + theta x v) R* of a vector R v R* in space. Quantities that depend on a parameter
+ * directly have an additional term. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
@@ -21,7 +21,7 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
-/* A change of the state and of the parameters, and the resulting changes of the vectors above. */
+/* A change of the state and of the parameters, and the resulting changes of the vectors. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
@@ -129,7 +129,7 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
 /* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
- * nodes n. Its products with the dual vectors are the derivatives. */
+ * nodes n. The derivatives of the angles are its products with the dual vectors. */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -194,14 +194,14 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns the change of a vector v whose components along axis 1 and axis 2 change by dv if the
- * axes stay, and which turn by `turn` about axis 3. */
+/* Returns the change of a vector v that changes by dv along fixed axes and is rotated by `turn`
+ * about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Writes the vectors and their changes. Returns 0 if the integral of this kind of top has no
- * derivative: if the body is of another kind, or if the change leads to another kind. */
+/* Writes the vectors and their changes. Returns 0 if the integral has no derivative, because the
+ * body is of another kind or the change leads to another kind. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -244,8 +244,8 @@ static void tangent_of_goryachev_chaplygin(const quantity_point *at, const quant
     *out = f.dm.z * (f.m.x * f.m.x + f.m.y * f.m.y) +
            2.0 * f.m.z * (f.m.x * f.dm.x + f.m.y * f.dm.y) + f.dm.x * f.p.z + f.m.x * f.dp.z;
 }
-/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. With dry friction it
- * is NaN. */
+/* The derivative of U' = W' - O x W, with J W' = M x W + weight V x com - D U. The derivative is
+ * NaN if there is dry friction. */
 static void tangent_of_body_acceleration(const quantity_point *at, const quantity_change *by,
                                          double out[])
 {
@@ -287,8 +287,8 @@ static quantity_point point_at(const kr_scene *scene, const kr_state *s)
     at.reach = v_dot(at.apex, body->com);
     return at;
 }
-/* Returns the derivative of the acceleration by the amplitude, the rate or the phase of the
- * shaking. */
+/* Returns the derivative of the acceleration with respect to the amplitude, the rate or the phase
+ * of the shaking. */
 static double change_of_acceleration(const quantity_point *at, int shaking)
 {
     const kr_shaking *by = &at->scene->shaking;
@@ -299,8 +299,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of the vectors of a point that follow from the changes of the state, `column` of
- * the tangents, and of the parameters. */
+/* Sets the changes of the vectors from those of the parameters and of the state, which is `column`
+ * of the tangents. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -1,17 +1,17 @@
 /* The recurrence of tangents.h: coefficients and sums. This source is compiled four times for each
  * instruction set: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single
  * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define three
- * types. A `triple` is one vector for each deviation. A `turned` is a triple in the form in which
- * it is multiplied by a `path_term`. `halves` are the two sums of such products. The cross product
- * of two series is the difference of the two sums, whose factors are cyclic permutations of the
- * components. The newest coefficient comes last in each sum, because all others can be added before
- * it is known. */
+ * types. A `triple` is one vector for each deviation. A `turned` is a triple in the layout of the
+ * factor that is multiplied by a `path_term`. `halves` are the two sums of such products. The cross
+ * product of two series is the difference of the two sums, whose factors are cyclic permutations of
+ * the components. The newest coefficient comes last in each sum, because all others can be added
+ * before it is known. */
 #include "tangents.h"
 
-/* Coefficients, stored in the permuted form that the products need. Those of the path are in the
- * order (prev | next) and follow BEFORE zeros: `w` belongs to W and `p` to P. Those of a deviation
- * are in the order (next | prev): `turn` belongs to theta, `push` to N, and `cross` to c x
- * theta. */
+/* Coefficients, stored in the permuted form that the products need. The coefficients of the path
+ * have the order (prev | next) and follow BEFORE zeros: `w` is for W and `p` for P. The
+ * coefficients of a deviation have the order (next | prev): `turn` is for theta, `push` for N, and
+ * `cross` for c x theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;

@@ -4,12 +4,13 @@
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  * O is the angular velocity of the support, seen from the body, and U that of the body relative to
  * the support. G = base + sway cos(...) is the acceleration along -e3, relative to that of c; a is
- * the apex. This source is compiled in doubles and in double-double, like series.h, which includes
- * it. Lane 0 of W is free. If there is friction, it holds the spin <U, a> of a top that slides, and
- * of a top that friction holds the needed torque, relative to the largest possible one. */
+ * the apex. Like series.h, which includes it, this source is compiled in doubles and in
+ * double-double. Lane 0 of W is otherwise unused. With friction, it contains the spin <U, a> while
+ * the top slides. While friction holds the top, it contains the friction torque relative to its
+ * limit. */
 
-/* Series that only the expansion needs. In double-double the low words follow, as the loads and
- * stores of vectors expect them. w holds U, the lanes of x the varying part of G, and end_x its
+/* Series that only the expansion needs. In double-double the low words follow, at the offset that
+ * vector loads and stores use. w contains U, the lanes of x the varying part of G, and end_x its
  * sine. */
 typedef struct {
     kr_series words[2];
@@ -18,7 +19,7 @@ typedef struct {
 typedef struct {
     turned_vector w, u, o, p;
 } turned_support;
-/* Sums of products, as in series_sums, and those of O x U and of G P. */
+/* The sums of products of series_sums, and those of O x U and of G P. */
 typedef struct {
     series_sums plain;
     duo turned, pulled;
@@ -40,8 +41,8 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 #if defined KR_LONG_FUNCTIONS
-/* Returns the sums of the products of coefficients j and m over j + m = n. In double-double each
- * term is long, so that the loop has one. */
+/* Returns the sums of the products of coefficients j and m over j + m = n. In double-double the
+ * code of a term is long, so the loop is not unrolled. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)
@@ -110,8 +111,8 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Returns coefficient n + 1 of W of a top that friction holds, from that without friction, such
- * that <U, a> stays as it is. */
+/* Returns coefficient n + 1 of W while friction holds the top, from the coefficient without
+ * friction. The result keeps <U, a> constant. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -129,7 +130,7 @@ INLINE quad add_torques(const kr_series *s, const kr_series *own, int n, quad w)
     w = quad_fma(quad_mul(share, quad_load(s->behind)), quad_prev(last), w);
     return n == 0 ? quad_add(w, quad_load(s->rub)) : w;
 }
-/* Stores coefficient n of W, O and U. The spin is stored, too, unless it `is_known`. */
+/* Stores coefficient n of W, O and U. Also stores the spin, unless it `is_known`. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
                            int is_known)
 {
@@ -148,7 +149,8 @@ INLINE void next_sway(const kr_series *s, kr_series *own, int n)
     duo_store(own->end_x, duo_mul(rate, duo_load(own->x[n])));
     duo_store(own->x[n + 1], duo_mul(duo_splat(-1.0), sine));
 }
-/* Sets the coefficients n + 1 of all series. Those of (q | P) and W up to `from` are known. */
+/* Sets the coefficients n + 1 of all series. The coefficients of (q | P) and W up to `from` are
+ * known. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                      int from, form what, int turns, int shakes)
 {

@@ -4,10 +4,9 @@
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * with the derivatives y of the rotor, E of O, b and k of the lever and of the acceleration, d of
- * the apex a, and g of the torque f of the friction. If friction holds the top, g is such that the
- * spin <U, a> has no derivative.
- * This source is included once for doubles and once for
- * double-doubles, like slow_terms.h. */
+ * the apex a, and g of the torque f of the friction. While friction holds the top, g is determined
+ * by the condition that the derivative of the spin <U, a> is zero. This source is included once for
+ * doubles and once for double-doubles, like slow_terms.h. */
 
 /* Coefficients of three components. */
 typedef struct LOCAL(series) {
@@ -15,7 +14,7 @@ typedef struct LOCAL(series) {
 } LOCAL(series);
 /* The path about the start of a part of a step. `body` is the support's turning seen from the body,
  * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P.
- * `torque` is that of the friction, and `ease` is <a / A, a>. */
+ * `torque` is the torque of the friction, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -54,7 +53,7 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
-/* Continues a series that is fixed in space, seen from the body. */
+/* Appends a coefficient to the series of a vector that is fixed in space, seen from the body. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -83,8 +82,8 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
         p->pulled.c[i][n] = add(mul(base, p->vertical.c[i][n]), mul(sway, sum));
     }
 }
-/* Sets the torque of the friction: a constant while the top slides, and lane 0 of W while friction
- * holds it. */
+/* Sets the torque of the friction: a constant while the top slides, and lane 0 of W while it is
+ * held. */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {

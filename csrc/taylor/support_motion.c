@@ -16,7 +16,8 @@
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* The interval in which a limit is reached is halved until it has this fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Larger friction stops a top in the same time, none that doubles resolve, but would overflow. */
+/* Larger friction would overflow. It would stop the top in the same time, which is too short for
+ * doubles to resolve. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -228,8 +229,8 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Lets friction hold a top without spin, or lets the top slide if friction cannot hold it: in the
- * direction of the torque or, backward in time, in the direction from which it came. */
+/* Sets the mode of a top without spin: held if friction can hold it, otherwise sliding. The top
+ * slides in the direction of the torque or, backward in time, against it. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -245,7 +246,7 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    /* The memory may have been used for another top. */
+    /* The memory may contain values of another top. */
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].sway, 0, 2 * sizeof *s->sway);
@@ -325,7 +326,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Ends the step where friction stops the top, or can hold it no longer. */
+/* Ends the step where friction stops the top, or can no longer hold it. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel)
 {
     kr_series *s = p->series;
@@ -369,15 +370,14 @@ static void set_mode(kr_taylor *p, const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time. Tangents stay in the unit in which they begin. */
+/* Sets the unit of time. With tangents, the unit of time is never changed. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
     kr_support_place(p->series, motion, p->rate);
 }
-/* Chooses a shorter unit of time if a shaken support has brought so much energy that W exceeds
- * one. */
+/* Chooses a shorter unit of time if W exceeds one because a shaken support has added energy. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 {
     const double size = v_length(v_of(p->series->end_w + 1));
@@ -445,7 +445,7 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
-    /* A torque that is not at work must not shorten the steps. */
+    /* If friction does not hold the top, lane 0 of W must not shorten the steps. */
     if (rubs && p->sliding == 0.0)
         set_rate(p, motion, p->held_rate);
     else if (rubs)

@@ -5,15 +5,15 @@
 #include "model/scene.h"
 #include "taylor.h"
 
-/* Returns 1 if the series of a scene needs the terms of support.h. A motion without a scene does
- * not. */
+/* Returns 1 if the series of a scene needs the terms of support.h. Returns 0 for a motion without a
+ * scene. */
 static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
 /* Returns the largest rate of the support's motion, of the friction, and of the angular velocity
  * that the energy at the angular velocity W allows. Returns 0 if the series does not need the terms
- * of support.h. A shaken support may bring more energy: kr_support_step then changes the unit of
+ * of support.h. A shaken support may add energy, and kr_support_step then changes the unit of
  * time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
 /* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
@@ -29,7 +29,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
 void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 /* Limits the steps by the rates of the support. */
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
-/* Finds out whether the top slides or is held by friction at the start. */
+/* Determines whether the top slides or is held by friction at the start. */
 void kr_support_start(const kr_motion *motion);
 /* Returns the friction in units of a series. */
 double kr_support_friction(const kr_motion *motion, double rate);
@@ -41,7 +41,7 @@ double kr_support_sliding(const kr_series *s);
  * change. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Makes the next step. With friction, a step ends where the spin reaches 0, and where friction can
- * hold the top no longer. */
+ * no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
 /* Writes the derivatives of (q | P) and W at the end of the last step, by the forces in this
  * step. */

@@ -4,9 +4,9 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Numbers of the path: moments, damping, rotor, turning of the support (in the units of the
- * series); the rate of shaking, the parts of G, and the lever to which G refers; the attitude, and
- * the cosine and sine of the shaking. */
+/* Constants and values of the path in the units of the series: moments, damping, rotor, turning;
+ * the rate of shaking, the parts of G and its lever; the attitude, and the cosine and sine of the
+ * shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
@@ -16,8 +16,9 @@ typedef struct support_data {
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives by the parameter of a deviation: B, F, y, that of the support's turning in space, b
- * and k (support_deviation.h), and of the apex and of the torque of a top that slides. */
+/* Derivatives with respect to the parameter of a deviation: B, F, y, b and k of
+ * support_deviation.h, and those of the support's turning in space, of the apex, and of the
+ * friction of a sliding top. */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
@@ -94,8 +95,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Sets k, the derivative of the acceleration for a unit of the lever per acceleration b, or of the
- * acceleration by a number of the shaking. */
+/* Sets k: the acceleration, which multiplies the lever per acceleration b, or its derivative with
+ * respect to a number of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

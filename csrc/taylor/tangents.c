@@ -35,7 +35,7 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 }
 /* Returns the number of batches, which precede the single deviations in memory. A deviation has
  * bitwise equal results in a batch and by itself, so a small build has no batches. Tops on moving
- * supports have none, either. */
+ * supports have no batches, either. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -216,7 +216,7 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
-/* Changes the deviations at the end of the path's last step if the friction changes there. */
+/* Applies the jump of the deviations if the friction changes at the end of the path's last step. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
@@ -273,7 +273,7 @@ static double square_of(const deviation_address *at, double *numbers)
     return sum;
 }
 /* Evaluates all deviations at the time `at` of the series that expands the path for this part.
- * Writes the values to the members `part_end`. Returns the largest last term relative to the size
+ * Stores the values in the members `part_end`. Returns the largest last term relative to the size
  * of its deviation, or INFINITY if a deviation is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
@@ -431,8 +431,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Lets the memory hold the series of the part of the last step that contains the time `to`. Times
- * usually increase from one call to the next, so each part is computed at most once more. */
+/* Lets the memory hold the series of the part of the last step that contains the time `to`. Since
+ * times usually increase from one call to the next, each part is recomputed at most once. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
@@ -460,8 +460,8 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
                                     first[i * words].at);
 }
 /* Returns the change of the momentum in space, given by its components in the body. Up to 16 digits
- * the rotation is in doubles, as for the state: it would otherwise take most of the time of an
- * output. */
+ * the rotation is in doubles, as for the state. In double-double it would take most of the time of
+ * an output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

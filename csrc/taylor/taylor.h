@@ -49,7 +49,8 @@ typedef struct kr_series {
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag, ahead and behind; 3 support.h */
     double fall;   /* shortest time in which a fall can grow by a factor e */
     /* Terms of support.h at the start of the step. `turn` is O. `sway` has the varying part of G,
-     * its sine, its rate, and the constant part of G. `rub` is the acceleration by friction. */
+     * its sine, its rate, and the constant part of G. `rub` is the angular acceleration due to
+     * friction. */
     double turn[4], sway[4], rub[4];
     /* The apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction). */
     double apex[4], yield[4], per_grip;

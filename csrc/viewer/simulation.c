@@ -137,8 +137,8 @@ static void store_state(kr_simulation_slot *a)
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the slot after the last one for a new top. Returns KR_OK, or the status that tells why
- * the top cannot be added. */
+/* Prepares the slot after the last one for a new top. Returns KR_OK, or the status that explains
+ * why the top cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {

@@ -103,15 +103,16 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Lets the last top end where its apex sinks below the height `lowest`, the cosine of the nutation
- * at which its rim meets a floor. The top then keeps its last state above this height. The time
- * `stood` is interpolated within the step that follows. Without this call a top never ends so. */
+/* Ends the motion of the last top where its apex falls below the height `lowest`, the cosine of the
+ * nutation at which the rim touches the floor. The top then keeps its last state above this height.
+ * The time `stood` is interpolated within the step that follows. Without this call, no floor is
+ * considered. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step not after `target`, by at most `most` steps in
  * total. Returns the time reached. If the budget is used up inside a step of a fast top, sets
  * `is_late`; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
-/* Writes the current measures of top i. All measures of a failed top are NaN. The error is NaN if
+/* Writes the current measures of top i. All values of a failed top are NaN. The error is NaN if
  * there is no reference, or if the reference is at another time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);

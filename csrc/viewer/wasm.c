@@ -106,7 +106,7 @@ EXPORT(kr_status, kr_page_add_track,
     return kr_simulation_add_track(&simulation, scene, track, length, (int64_t)step, against);
 }
 EXPORT(void, kr_page_set_floor, (double lowest)) { kr_simulation_set_floor(&simulation, lowest); }
-/* Returns the time at which the rim of top i met the floor, or NaN. */
+/* Returns the time at which the rim of top i touched the floor, or NaN. */
 EXPORT(double, kr_page_stood, (int i)) { return simulation.slots[i].stood; }
 EXPORT(double, kr_page_advance, (double target, int most))
 {

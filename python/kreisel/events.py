@@ -16,7 +16,7 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
 
 Python functions are not supported, because events are roots of polynomials. For a Python function
 f, compute a path with closely spaced states and search it for sign changes, for example by
-np.where(np.diff(np.sign(f(path)))). This search may miss events.
+np.where(np.diff(np.sign(f(path)))). Such a search may miss events.
 
 In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
 of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
@@ -214,7 +214,7 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
     """Raise ValueError if an event `kinetic` is not the kinetic energy of these tops.
 
-    The event must have the rotor of the body, and the support must not turn.
+    The event must be defined with the rotor of the body, and the support must not turn.
     """
     half = {term for term in _terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -229,10 +229,10 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 
 
 def stopped(**more: Unpack[_More]) -> Event:
-    """Find where the spin becomes zero, as where dry friction stops it.
+    """Find where the spin becomes zero, for example where dry friction stops it.
 
-    The spin is the angular velocity about the apex. It also becomes zero where it changes its sign,
-    without friction or if friction cannot hold the top. The arguments are as in crossing.
+    The spin is the angular velocity about the apex. Without friction, or if friction cannot hold
+    the top, the spin is also zero where it changes sign. The arguments are as in crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -250,7 +250,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     On both sides of the separatrix, motions are slow near this equilibrium. Under gravity, the
     events are the points at which the centre of mass is highest. Without torque, the events are the
     points at which the angular velocity turns back near the axis of the middle principal moment, on
-    either side of this axis. The states at the events show how near the motion comes to the
+    either side of this axis. The states at the events show how near the motion is to the
     equilibrium.
 
     The other arguments are as in extremum; `direction` is not accepted under gravity. Raises

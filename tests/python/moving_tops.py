@@ -1,7 +1,7 @@
 """Scenes with moving supports and friction, and their motion by SciPy.
 
-The motion is integrated in space, from the equations in docs/theory/supports.md. Only attributes of
-scenes that hold their numbers are used.
+The motion is integrated in space, from the equations in docs/theory/supports.md. The integration
+uses only the numerical attributes of scenes.
 """
 
 import kreisel as kr
@@ -31,7 +31,8 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return calls that refuse tops on moving supports and with friction; `path` is of `scene`."""
+    """Return calls that raise an error for moving supports and friction; `path` is a path of
+    `scene`."""
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),
@@ -79,7 +80,7 @@ class Motion:
         return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
 
     def find_holding(self, t, y):
-        """Return the friction that keeps the spin."""
+        """Return the friction that keeps the spin constant."""
         (own, turning), relative = self.see_from_body(y), self.relative(y)
         change = self.torque(t, y) - np.cross(relative + turning, own)
         change = self.inverse @ change - np.cross(turning, relative)
@@ -151,7 +152,7 @@ def integral_of(values, t):
 
 
 def check_members(tops, t, **options):
-    """Check that the members of an ensemble have the bits of single tops."""
+    """Check that the members of an ensemble are bitwise equal to single tops."""
     paths = kr.solve(tops, t, "taylor", **options)
     assert not paths.status.any()
     for i, path in enumerate(paths):
@@ -161,7 +162,8 @@ def check_members(tops, t, **options):
 
 
 def check_resumed(scene, words, t=(0.7, 1.6)):
-    """Check that runs and streams are those of solve, and that resumed runs have the same bits."""
+    """Check that runs and streams equal the result of solve, and that resumed runs are bitwise
+    equal."""
     for options in words:
         run, first = kr.start(scene, **options), t[0]
         run.to([first])
@@ -194,7 +196,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return the columns of `compare_tangents` for the components of a word of Scene."""
+    """Return the columns of `compare_tangents` for the components of a parameter of Scene."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

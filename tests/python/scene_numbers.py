@@ -1,4 +1,4 @@
-"""Scenes with one number changed, and their motions with 30 digits, for differences."""
+"""Scenes with one changed number, and their motions with 30 digits, for finite differences."""
 
 from decimal import Decimal, localcontext
 
@@ -23,7 +23,7 @@ def list_columns():
 
 
 def change_number(scene, name, component, by):
-    """Return the bytes of `scene` with a number changed, and the low words of its start."""
+    """Return the bytes of `scene` with one changed number, and the low words of its start."""
     numbers = np.frombuffer(scene._block, dtype=float).copy()
     low = np.zeros(8)
     if name != "start":
@@ -36,7 +36,7 @@ def change_number(scene, name, component, by):
 
 
 def turn_attitude(q, axis, angle):
-    """Return the attitude `q` turned in the body, as the high and the low words.
+    """Return the attitude `q`, rotated about an axis of the body, as high and low words.
 
     The angle is that of the rational rotation 1 + angle/2 e, up to its cube.
     """

@@ -371,7 +371,8 @@ def test_the_picture_of_a_fit(fit):
 
 
 def test_the_centre_of_mass_is_on_the_side_of_the_scene():
-    """Check the twin motion, with centre of mass and vertical reversed, that a gyroscope shows."""
+    """Check the twin motion, which a gyroscope cannot distinguish: centre of mass and vertical
+    reversed."""
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
     up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
     assert up.values["com_z"] > 0.0 > down.values["com_z"]

@@ -140,7 +140,7 @@ def test_a_start_where_nothing_moves_is_left():
 def turning(t, free=("start", "moments"), change=0.0):
     """Return a fit of attitudes of the symmetric top, which makes 3.2 turns a second.
 
-    The spin of the guess is that of the top plus `change`.
+    The spin of the guess is the true spin plus `change`.
     """
     rng = np.random.default_rng(0)
     turns = exponential(0.01 * rng.normal(size=(len(t), 3)))

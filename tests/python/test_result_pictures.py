@@ -157,7 +157,7 @@ def test_rods_show_their_start_and_a_scale():
 
 
 def test_a_rod_back_in_time_is_seen_from_outside():
-    """Check that the brightest face of a straight rod is on the side of the light."""
+    """Check that the brightest face of a straight rod is on the illuminated side."""
     sides = []
     for t in (5.0, -5.0):
         rod = kr.rod(kr.solve(kr.scenes.sleeping.replace(momentum=(0, 0, 3)), np.linspace(0, t, 9)))

@@ -1,4 +1,4 @@
-"""Calls that take plain numbers cross into the core once; others are validated in Python."""
+"""Calls with plain numbers enter the core once; other arguments are validated in Python."""
 
 import copy
 import pickle
@@ -18,7 +18,7 @@ MOMENTUM, ATTITUDE = (0.25, -0.5, 1.5), (0.6, 0.0, 0.8, 0.0)
 
 
 class NotPlain(float):
-    """A number that only Python accepts as a time or a component."""
+    """A number that only the validation in Python accepts as a time or a component."""
 
 
 def not_plain(numbers):
@@ -30,7 +30,7 @@ class OwnScene(kr.Scene):
 
 
 def facts(path):
-    """Return all that a path knows, with the bits of its numbers."""
+    """Return all attributes of a path, with the bits of its numbers."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
     about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time

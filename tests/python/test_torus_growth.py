@@ -41,7 +41,7 @@ def test_tangents_are_the_differences_of_closed_forms(scene):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
-    """Compare the mean square growth of the momentum, as seen from the body, with its truth.
+    """Compare the mean square growth of the momentum, as seen from the body, with its exact value.
 
     With the angles chi of the torus and their rates w, the momentum M(chi) of the body changes by t
     times the sum of dw dM/dchi, apart from a bounded part. The mean square is taken over the torus.

@@ -56,7 +56,7 @@ def test_rates_are_those_of_the_frequency_analysis(scene):
 def test_mean_precession_is_that_of_counted_turns(scene):
     """Check tops for which the frequency analysis finds no mean rates.
 
-    The errors of the counted turns are bounded by a few turns in the whole time.
+    The error of the counted turns is at most a few turns, however long the path.
     """
     t = np.linspace(0.0, 20000.0, 800001)
     path = kr.exact(scene)(t)

@@ -67,7 +67,7 @@ def test_the_same_top_seen_from_rest(name, t):
 
 
 def test_quantities_without_the_heading():
-    """Compare `want`, by which the heading is left out on a support at rest."""
+    """Compare runs with `want`, which omits the heading on a support at rest."""
     for turning in (TURNING, ABOUT_E3):
         scene, t = make_scene("general", turning=turning), [0.0, 1.0, 3.0]
         whole = kr.solve(scene, t, "taylor")

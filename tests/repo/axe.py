@@ -1,4 +1,4 @@
-"""Checks of pages for accessibility by axe-core, in windows of three sizes."""
+"""Accessibility checks of pages with axe-core, in windows of three sizes."""
 
 import shutil
 from contextlib import contextmanager
@@ -36,7 +36,7 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
 
 
 def check_page(page, case):
-    """Return the violations by a page as it is now, each with the name of its `case`."""
+    """Return the violations in the present state of a page, each with the name of its `case`."""
     violations = Axe().run(page).response["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
     return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

@@ -2,9 +2,9 @@
 
     python tests/repo/sizes.py > docs/sizes.md
 
-A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, by
---gc-sections. Its size is what `size` reports as text and data, less that of a program that calls
-nothing. The C library is shared, and does not count.
+A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, with
+--gc-sections. The size is the sum of text and data that `size` reports, minus that of an empty
+program. The C library is shared, and does not count.
 """
 
 import platform
@@ -69,7 +69,7 @@ def write_table(names):
 
 
 def write_everything(omitted=None):
-    """Return a program that refers to every function, and one whose table repeats its main."""
+    """Return a program that refers to every function, and one whose table contains only main."""
     names = name_functions(omitted)
     return write_table(names), write_table(["main"] * len(names))
 

@@ -104,7 +104,7 @@ def test_make_needs_no_environment():
 
 
 def test_no_two_files_define_the_same_name(script):
-    """Compare the files that follow one another in kreisel.c."""
+    """Compare the order of the files in kreisel.c."""
     plain, _ = script.read_units()
     files = {file for file, _ in plain.parts if file and file.suffix != ".def"}
     assert len(files) > 60

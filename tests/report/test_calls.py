@@ -1,4 +1,5 @@
-"""Tests of the part on calls: both programs at equal error, and the runs that pay a compilation."""
+"""Tests of the part on calls: both programs at equal error, and the runs after which compiling pays
+off."""
 
 from math import inf
 

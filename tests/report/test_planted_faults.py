@@ -189,7 +189,7 @@ def jumping(name, fault):
 def late():
     """Return the cells of closed forms at a late time, as {fault: cell}.
 
-    One more fault is added, a relative error of the time.
+    An additional fault is a relative error of the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)

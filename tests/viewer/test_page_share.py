@@ -1,4 +1,4 @@
-"""Tests of the strip of scenes, of the dialog Share, and of the trace before a change."""
+"""Tests of the scene thumbnails, of the Share dialog, and of the trace before a change."""
 
 import kreisel as kr
 import numpy as np

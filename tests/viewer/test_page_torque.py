@@ -19,7 +19,7 @@ def read_arrow(page, name):
 
 
 def compute_torque(page):
-    """Return the lever and the torque of the weight of the first top, in Python."""
+    """Return the lever and the torque of the weight of the first top, computed in Python."""
     scene = scene_in_python(read_scene(page))
     lever = np.array(kr.quaternion.turn(read_states(page)[0][1:5], scene.body.com))
     return lever, np.cross(lever, [0, 0, -scene.body.mass * scene.gravity])

@@ -3,12 +3,12 @@
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
 Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
-It is also computed with events, as a section, with tangents, and by kr.lyapunov. All these runs
-have the default precision. The reference is the Taylor series with 20 digits. An attitude may
-deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The conditioning is the
-angle by which the attitude changes if each initial value and parameter changes by one rounding
-error. The program prints a line for each family and each disagreement. It exits with status 1 if
-there is any disagreement.
+It is also computed with events, as a section, with tangents, and by kr.lyapunov. All runs have the
+default precision. The reference is the Taylor series with 20 digits. An attitude may deviate from
+the reference by `FLOOR` plus `SLACK` times the conditioning. The conditioning is the angle by which
+the attitude changes if each initial value and parameter changes by one rounding error. The program
+prints a line for each family and each disagreement. The program exits with status 1 if any results
+disagree.
 """
 
 import argparse

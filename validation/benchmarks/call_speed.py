@@ -4,7 +4,7 @@
 
 The measurements are those of the part `calls` of the report. A ratio is the time of heyoka divided
 by the time of kreisel: the median of the rounds, and the ratio of the least times. The compilation
-is paid after the number of runs in which heyoka gains the time of its compilation. The share of the
+of heyoka pays off after the number of runs in which heyoka gains the compile time. The share of the
 peak that the kernels reach is printed by validation.studies.taylor_kernel_study.
 """
 

@@ -8,7 +8,7 @@ median attitude errors, which are measured on a sample of the tops. The referenc
 30 digits. In each round, the time of heyoka's batches of eight is compared with kreisel's time. The
 median of this ratio over the rounds is printed with the required ratio `must` and the desired ratio
 `stretch`. In parentheses is the ratio of the least times. SciPy solves only a few tops on one
-thread. Its time is halved, as if two threads shared the tops.
+thread. The measured time is halved, as if two threads shared the tops.
 """
 
 import argparse

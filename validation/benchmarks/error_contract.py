@@ -265,8 +265,8 @@ def print_row(name, cases):
 def print_summary(cases):
     """Print a row per family and one for all cases, and return the fraction of successes.
 
-    A success is an error that meets its target. The fraction of needless refusals and the price are
-    returned too.
+    A run succeeds if its error meets the target. The fraction of needless refusals and the price
+    are returned too.
     """
     print(
         "  family             tried refused needless  over  worst/target  true/est.   price   alone"

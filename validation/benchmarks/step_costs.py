@@ -3,7 +3,7 @@
     python -m validation.benchmarks.step_costs [scene ...] [--rounds 25]
 
 A step of heyoka covers much more time than a step of kreisel. The ratio shows the overhead of the
-methods and of the driver. It does not show which program is better.
+methods and of the driver. The comparison does not show which program is better.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Fits of a heavy top to a gyroscope's record with SciPy's curve_fit, with lmfit and with kreisel.
 
 curve_fit and lmfit need a model of the motion: Euler's and Poisson's equations, integrated by
-SciPy's DOP853. Both minimize by the method of Levenberg and Marquardt with differences. The ten
-parameters are the attitude, the angular velocity, the moments and the lever at the start.
+SciPy's DOP853. SciPy and lmfit use the method of Levenberg and Marquardt with finite differences.
+The ten parameters are the attitude, the angular velocity, the moments and the lever at the start.
 """
 
 import warnings

@@ -1,8 +1,8 @@
 """The lines of the package that each test runs, and the duration of each test.
 
 Each test module is measured separately, with the running test as coverage context. The results are
-stored beside the copies of the tree. They are valid until the test module, or a file that it may
-use, changes.
+stored beside the copies of the tree. The results are valid until the test module, or a file that it
+may use, changes.
 """
 
 import hashlib

@@ -146,7 +146,7 @@ def count_verdicts(found):
 
 
 def draw_verdicts(counts):
-    """Draw the verdicts of each method; those that are most often right or as asked come first."""
+    """Draw the verdicts of each method, sorted by the number of successes."""
     names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))

@@ -329,7 +329,7 @@ def stiff_cases():
 
 
 def damping_cases():
-    """Yield damped tops. Their motion becomes slow while the damping is stiff."""
+    """Yield damped tops. The motion of these tops becomes slow while the damping is stiff."""
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
             "damping",

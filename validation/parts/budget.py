@@ -41,7 +41,7 @@ class Task:
 
 
 class Clock:
-    """The time used so far, and the number of tasks skipped for lack of time."""
+    """The elapsed time, and the number of tasks that were skipped for lack of time."""
 
     def __init__(self, budget):
         self.begin, self.budget, self.missed = perf_counter(), budget, 0

@@ -1,12 +1,12 @@
-"""Calls for one top at equal error: kr.solve and a kr.Run used again, beside heyoka.
+"""Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
 
-kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a kr.Run that is
-used again. heyoka's integrator is compiled once and used again, as its fastest form. heyoka's
-compiled function of the right-hand side is integrated by SciPy's DOP853. Times are those of the
-processor, which other programs hardly disturb.
+kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a reused kr.Run.
+heyoka's integrator is compiled once and reused, which is its fastest form. heyoka's compiled
+function of the right-hand side is integrated by SciPy's DOP853. Times are processor times, which
+other programs hardly affect.
 
 The error of a setting is the largest error of this and all tighter settings. The two settings on
-either side of an error are timed in turn. Times are interpolated between them, linearly in the
+either side of an error are timed alternately. Times at the error are interpolated linearly in the
 logarithms. The tolerance of heyoka affects its runs only through the order of the series, so that
 one setting for each order is enough.
 """
@@ -68,7 +68,7 @@ def make_reused_call(scene, end, tol):
 
 
 def make_heyoka_call(run):
-    """Return a call with an integrator that is used again."""
+    """Return a call with a reused integrator."""
     top, start, end = run.top, np.array(run.start), run.end
 
     def call():
@@ -115,15 +115,15 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return pairs (run, largest error of this and all tighter runs), for runs that get tighter."""
+    """Return (run, largest error of this and all tighter runs) for runs from loose to tight."""
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
 
 def select_bracket(ladder, target):
-    """Return the steps of a ladder on either side of an error, or one if it is above or below all.
+    """Return the two settings on either side of an error, or one if all are on the same side.
 
-    Each is the loosest with its error.
+    Each one is the loosest setting with its error.
     """
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
     above = ladder[i - 1][1] if i else None

@@ -1,4 +1,4 @@
-"""Times of one late state by closed forms on a torus, beside those of integrators."""
+"""Times to compute one late state, by closed forms on a torus and by integrators."""
 
 import kreisel as kr
 import numpy as np
@@ -37,7 +37,7 @@ def list_tasks(problem, budget):
 
 
 def measure_late_state(problem, quick):
-    """Measure the times of a state by all means, in interleaved runs [s]."""
+    """Measure the times of a state by all methods, in interleaved runs [s]."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
     exact, taylor = (

@@ -1,8 +1,8 @@
-"""Run time over error for many random starts of each scene, kreisel beside other integrators.
+"""Run time over error for many random starts of each scene, for kreisel and other integrators.
 
-Each start is that of the scene, rotated and with a scaled momentum, so that the character of the
-motion is the same. Each program runs at many tolerances. Its time for an error is that of its
-fastest run with at most this error. kreisel chooses its method itself.
+Each start is the scene's start with a rotation and a scaled momentum, which keep the character of
+the motion. Each program runs at many tolerances. The time for an error is the time of its fastest
+run with at most this error. kreisel chooses its method automatically.
 """
 
 from dataclasses import replace
@@ -106,7 +106,7 @@ def measure_run(run, truth):
 
 
 def measure_scene(problem, budget):
-    """Measure all programs on all starts of a scene, in turn."""
+    """Measure all programs on all starts of a scene, in interleaved order."""
     end = TURNS * 2 * pi / problem.rate
     starts = draw_starts(problem, max(LEAST_STARTS, budget.members // STARTS))
     truths = [
@@ -167,7 +167,7 @@ def make_bands(found):
 
 
 def summarize_programs(found):
-    """Yield a row of the table for each error: the median times, and how many starts reach it."""
+    """Yield a row for each error: median times, and the number of starts that reach it."""
     for target in SHOWN:
         times = {name: times_to_error(found, name, target) for name in list_programs()}
         yield {

@@ -1,7 +1,7 @@
-"""A file with the findings of a report. Each is saved immediately, so that a run can be continued.
+"""A file with the findings of a report, from which an interrupted run continues.
 
-The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions. If
-the conditions have changed, a new file is started.
+The file holds one finding per line as JSON, written immediately. The first line of the file is the
+fingerprint of the conditions. If the conditions have changed, a new file is started.
 """
 
 import json

@@ -7,7 +7,7 @@ atan(h |V| / 4). A step changes <m,a> by
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
 The change is of order h^2 if the step resolves the spin. Otherwise the change per unit of time does
-not depend on the step. It is about as large as the component of the torque along V.
+not depend on the step. The change is about as large as the component of the torque along V.
 """
 
 import kreisel as kr

@@ -78,8 +78,8 @@ def rounding_angles(problem, true, cell, by_steps):
 def tolerance_angle(true, rounding, tol, steps):
     """Return the largest attitude error that is consistent with a tolerance [rad].
 
-    Each step may have an error of the size of the tolerance. Such an error grows like a rounding
-    error of the start.
+    Each step may have an error of the size of the tolerance. An error of a step grows in the same
+    way as a rounding error of the start.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 

@@ -8,7 +8,7 @@ Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the 
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
 if K attains them. K is never below 0. If h < g^2, K is never below the second value. The order of
-the critical values changes along curves in the plane of g and h. These curves divide the plane into
+the critical values changes along curves in the plane of g and h. The curves divide the plane into
 ten regions.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;

@@ -188,7 +188,7 @@ class Lagrange:
         """Integrate weight / (a + b sn^2) from the start to `x`.
 
         If `weight` is zero, the integral is zero except for jumps: the angle changes by half a turn
-        whenever the axis passes through the pole. Such jumps after the start are counted.
+        whenever the axis passes through the pole. The jumps after the start are counted.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)

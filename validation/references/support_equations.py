@@ -1,4 +1,4 @@
-"""Tops with rotors, damping, friction and moving supports, integrated by heyoka in 128 bit.
+"""Tops with rotors, damping, friction and moving supports, integrated by heyoka with 128 bits.
 
 In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
 the space at rest is w = J^-1 (M - rotor). The equations are
@@ -36,7 +36,7 @@ def _dot(a, b):
 
 
 def _seen_from_body(q, v):
-    """Return the components of a vector of space along the principal axes."""
+    """Return the components along the principal axes of a vector in space."""
     back = [q[0], -q[1], -q[2], -q[3]]
     return product(product(back, [hy.expression(FP(0.0)), *v]), q)[1:]
 
@@ -46,7 +46,7 @@ def _block(first, n=3):
 
 
 class _Equations:
-    """The equations, the spin, and the friction that would keep the spin."""
+    """The equations of motion, the spin, and the friction that would keep the spin constant."""
 
     def __init__(self):
         q, M = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
@@ -158,7 +158,7 @@ class SupportIntegrator:
 
 
 def _read_scene(scene):
-    """Return the state in principal axes and the parameters, as numbers of 128 bit."""
+    """Return the state in principal axes and the parameters, as 128-bit numbers."""
     body = scene.body
     q = np.array(product(_exact(scene.attitude), _exact(body.axes)))
     q = q / (q @ q) ** FP(0.5)

@@ -1,10 +1,9 @@
 """Wrong verdicts on chaos among random tops, by the length of the motion.
 
-The truth is the verdict after 30000 turns. Each row has the number of tops whose MEGNO is near the
-threshold, of regular tops that are called chaotic without doubt, and of chaotic tops that are
+The verdict after 30000 turns serves as the reference. Each row counts the tops whose MEGNO is near
+the threshold, the regular tops that are called chaotic without doubt, and the chaotic tops that are
 called regular without doubt. Conclusion: with a threshold of 4 and doubt between 2.5 and 8, no
-regular top is called chaotic. Few chaotic tops are called regular, and ever fewer in longer
-motions.
+regular top is called chaotic. Few chaotic tops are called regular, and fewer in longer motions.
 
     python -m validation.studies.chaos_verdicts --families 15
 """

@@ -1,11 +1,12 @@
-"""The errors of kreisel.fit: how often the truth lies within 1, 2 and 3 of them.
+"""The coverage of kreisel.fit: how often the true value lies within 1, 2 and 3 standard deviations.
 
     python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
 
 Each kind of record is simulated from known scenes with normally distributed noise of 1 % of the
 signal, or of 0.01 rad. The fit begins at a scene with other moments, another centre of mass and
 another start, so that its first guess comes from the records. Only functions of the scene that the
-records determine are compared. Their errors are correlated, so one fit is one sample.
+records determine are compared. The errors of one fit are correlated, so each fit counts as one
+sample.
 """
 
 import argparse
@@ -94,7 +95,7 @@ def attitudes(rng):
 
 
 def velocity(rng):
-    """Simulate the velocity in space, which tells the principal axes only up to their order."""
+    """Simulate the velocity in space, which leaves the order of the principal axes open."""
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
     return heavy_case([kr.Record(t, {"velocity": values}, sigma)], (1.1, 1.2, 1.0))
@@ -115,7 +116,7 @@ def angles(rng):
 
 
 def two_clocks(rng):
-    """Simulate a gyroscope with a bias, and a camera whose clock is 0.012 ahead."""
+    """Simulate a gyroscope with a bias, and a camera whose clock is ahead by 0.012."""
     t, late = np.arange(500) * 0.01, np.arange(150) / 30.0 + 0.02
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).body_velocity)
     drift = kr.Record(t, {"body_velocity": values + BIAS}, sigma, free="bias")
@@ -124,7 +125,7 @@ def two_clocks(rng):
 
 
 def replace_rows(rng, record):
-    """Return the record with nonsense in 3 % of its rows."""
+    """Return the record with outliers in 3 % of its rows."""
     [series] = record.series
     values, rows = series.values.copy(), rng.random(len(record.t)) < OUTLIERS
     nonsense = rng.uniform(-1.0, 1.0, (int(rows.sum()), values.shape[1]))
@@ -149,7 +150,7 @@ KINDS = {case.__name__: case for case in CASES}
 
 
 class Coverage(NamedTuple):
-    """Deviations in standard deviations (n, k), chi2 per degree of freedom, times [ms], losses."""
+    """The deviations of fits (n, k), in standard deviations, and their statistics."""
 
     deviations: np.ndarray
     chi2: np.ndarray

@@ -2,16 +2,18 @@
 
     python -m validation.studies.real_tops [--tops 2000] [--seed 1]
 
-Each top has a random kind of body, described in turned or permuted axes, and each of the five words
-rotor, damping, turning, shaking and friction with probability 1/2. Times have either sign. The
-truth is heyoka in 128 bit (validation/references/support_equations.py), which knows nothing of
-kreisel except the numbers of the scene. Every top is solved with 16, 20 and 30 digits, by a run
-that is saved and resumed on the way, in an ensemble, and by the closed form if it has one.
+Each top has a body of a random kind, described in rotated or permuted axes. It has a rotor,
+damping, turning, shaking and friction with a probability of 1/2 each. Times have either sign. The
+reference is computed by heyoka with 128 bits (validation/references/support_equations.py). It
+shares no code with kreisel and uses only the attributes of the scene. Every top is solved with 16,
+20 and 30 digits, by a run that is saved and resumed, in an ensemble, and by the closed form if
+there is one.
 
-The conditioning of a state is its largest change if all numbers of the scene change by a relative
-2^-53, with random signs. It is measured with the truth. Errors are those of the attitude [rad], and
-those of the momentum divided by the largest moment times the rate of the top. They should be at
-most 10 times the conditioning, which is scaled to 1e-20 and 1e-30 for 20 and 30 digits.
+The conditioning of a state is its largest change if all numbers in the scene are multiplied by 1 +-
+2^-53, with random signs. The reference measures the conditioning. Errors of the attitude are angles
+[rad]. Errors of the momentum are divided by the largest moment times the rate of the top. They
+should be at most 10 times the conditioning, which is scaled to 1e-20 and 1e-30 for 20 and 30
+digits.
 """
 
 import argparse
@@ -39,7 +41,7 @@ MOST_GROWTH = 1e6  # tops whose conditioning is larger are chaotic, and are coun
 
 
 def draw_body(rng, kind, has_rotor):
-    """Draw a body of a kind, described in axes that are permuted or turned."""
+    """Draw a body of the kind `kind`, described in permuted or rotated axes."""
     densities, com = rng.uniform(0.1, 1.5, 3), rng.normal(size=3) * 0.4
     if kind in ("lagrange", "oblique", "free axial"):
         densities[1] = densities[0]
@@ -65,7 +67,7 @@ def draw_body(rng, kind, has_rotor):
 
 
 def draw_top(rng):
-    """Draw a scene, the words that it has, and a time."""
+    """Draw a scene, the names of its nonzero parameters, and a time."""
     has = {word: rng.random() < 0.5 for word in WORDS}
     kind = KINDS[rng.integers(len(KINDS))]
     body = draw_body(rng, kind, has["rotor"])
@@ -88,7 +90,7 @@ def draw_top(rng):
 
 @dataclass
 class Nudged:
-    """The numbers of a scene, as the truth reads them, changed by a relative `NUDGE`."""
+    """The attributes of a scene that the reference uses, with relative changes of `NUDGE`."""
 
     scene: kr.Scene
     rng: np.random.Generator
@@ -117,14 +119,14 @@ def differ(one, other, scale):
 
 
 def measure_conditioning(truth, scene, t, end, scale, rng):
-    """Return the largest change of the state for a relative change 2^-53 of all numbers."""
+    """Return the largest change of the state for relative changes 2^-53 of all attributes."""
     most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
     return max(most / NUDGE, 1.0) * 2.0**-53
 
 
 @dataclass
 class Top:
-    """A top, its truth at the time `t`, and the conditioning there."""
+    """A top, its reference state at the time `t`, and the conditioning of this state."""
 
     index: int
     scene: kr.Scene
@@ -162,14 +164,14 @@ class Tally:
 
 
 def resume_midway(scene, t):
-    """Return the path of a run that is saved and resumed on the way."""
+    """Return the path of a run that is saved and resumed before its end."""
     run = kr.start(scene, back=t < 0.0)
     run.to([0.3 * t])
     return kr.resume(run.checkpoint).to([t])
 
 
 def check_top(top, tally):
-    """Compare all ways to the state of one top with the truth."""
+    """Compare the states of one top, computed in all ways, with the reference."""
     scene, t = top.scene, top.t
     ways = {"16 digits": lambda: kr.solve(scene, [t], "taylor")}
     ways["resumed"] = lambda: resume_midway(scene, t)
@@ -187,7 +189,7 @@ def check_top(top, tally):
 
 
 def check_refusal(scene, t, index, tally):
-    """Check that a top without a unique past is refused."""
+    """Check that a top whose past motion is not unique raises an error."""
     try:
         kr.solve(scene, [t])
     except kr.Error as error:
@@ -198,7 +200,7 @@ def check_refusal(scene, t, index, tally):
 
 
 def check_ensemble(tops, tally):
-    """Compare the members of an ensemble with the truth."""
+    """Compare the members of an ensemble with the reference."""
     many = kr.Ensemble.of([top.scene for top in tops])
     paths = kr.solve(many, np.array([[top.t] for top in tops]))
     for i, top in enumerate(tops):
@@ -209,7 +211,7 @@ def check_ensemble(tops, tally):
 
 
 def run(count, seed):
-    """Return the tally of `count` random tops."""
+    """Return the counts and the largest errors of `count` random tops."""
     truth, tally, group = SupportIntegrator(), Tally(), []
     for index in range(count):
         rng = np.random.default_rng((seed, index))

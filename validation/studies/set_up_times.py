@@ -1,8 +1,8 @@
 """Time and error of 'auto' and of the Taylor series at the shortest times with a closed form.
 
 Conclusion: the set-up times in kreisel/_options/closed_form_choice.py make 'auto' slower than the
-series for about one in a hundred random Kowalewski and Goryachev-Chaplygin tops. Its error is
-always smaller.
+series for about one in a hundred random Kowalewski and Goryachev-Chaplygin tops. The error of
+'auto' is smaller for all of them.
 
     python -m validation.studies.set_up_times TOPS --seed 0 --errors 20
 """

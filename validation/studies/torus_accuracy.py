@@ -2,19 +2,19 @@
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are those of validation/benchmarks/kowalewski_speed.py, in units of their own time tau. The
-truth up to `--longest` tau is kreisel's Taylor series with 30 digits, at one time for each top,
-log-uniform from 0.1 tau and of either sign. A few tops are compared at later times, up to 1e6 tau.
-The conditioning of a state is the change caused by one rounding error of the start, 2^-53, in a
-random direction. The integrals are compared at times up to 1e6 tau.
+The tops are those of validation/benchmarks/kowalewski_speed.py; tau is the unit of time of a top.
+The reference is kreisel's Taylor series with 30 digits. Each top is compared at one time of either
+sign, log-uniform from 0.1 to `--longest` tau. A few tops are compared at later times, up to 1e6
+tau. The conditioning of a state is the change caused by one rounding error of the start, 2^-53, in
+a random direction. The integrals are compared at times up to 1e6 tau.
 
 A second plan starts from a state of the 30-digit series, rounded to doubles. Both plans are
 compared at 1e6 tau, divided by the conditioning, because the rounded state has other frequencies.
 
-Some rules of the closed forms were found numerically and are not proved, see the heads of their
-sources. With `--plans 1000000`, many more tops are planned. Every plan is then compared with
+Some rules of the closed forms were found numerically and are not proved; see the head comments of
+the sources. With `--plans 1000000`, many more tops are planned. Every plan is then compared with
 kreisel's Taylor series of 16 digits at one time for each top, 1 to 10 tau of either sign. The
-certificate of a plan compares it with the state of the start and of a short time later.
+certificate of a plan is its error at the start and a short time later.
 """
 
 import argparse
@@ -36,7 +36,7 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 
 
 def differ(one, other, scale):
-    """Return the largest difference of two paths: attitudes [rad], and momenta over `scale`."""
+    """Return the largest difference between two paths: of q [rad], and of m divided by `scale`."""
     p, q = one.q, other.q
     near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
     apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))

@@ -1,12 +1,12 @@
-"""Motions of Kowalewski and Goryachev-Chaplygin tops near degenerate ones: errors and refusals.
+"""Errors and refusals of Kowalewski and Goryachev-Chaplygin tops near degenerate motions.
 
     python -m validation.studies.torus_edges [kowalewski|goryachev_chaplygin] [--random 3]
 
-Each family of motions is degenerate if its distance eps is 0. Rows are families and columns are
+Each family contains a degenerate motion, at the distance eps = 0. Rows are families and columns are
 distances. An entry is the largest attitude error [rad] at five times up to 1000 units, divided by
-max(1, rate); the truth is kreisel's Taylor series with 30 digits. An entry in parentheses is the
-conditioning instead, if the error is below ten times the conditioning: the change caused by one
-rounding error of the start, 2^-53. A refused motion has the first word of its reason.
+max(1, rate). The reference is kreisel's Taylor series with 30 digits. An entry in parentheses is
+the conditioning instead, if the error is below ten times the conditioning: the change caused by one
+rounding error of the start, 2^-53. The entry of a refused motion is the first word of the reason.
 """
 
 import argparse

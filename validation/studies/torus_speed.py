@@ -4,8 +4,8 @@
 
 The tops are those of validation/benchmarks/kowalewski_speed.py. For each top, the plan, one state
 at a time, batches of states and kreisel's Taylor series are timed from C, alternately in one
-process. The times of states are drawn between 0 and 1000 tau of the top. The series goes to
-`--longest` tau. Its time to 1e6 tau is extrapolated, because it is proportional to the time.
+process. The times of states are drawn between 0 and 1000 tau of the top. The series is computed up
+to `--longest` tau. Its run time up to 1e6 tau is extrapolated linearly.
 """
 
 from __future__ import annotations

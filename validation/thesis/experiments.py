@@ -175,7 +175,7 @@ def solve_in_periods(substeps, end, method=None):
 def time_period(green, rounds=9, some=40):
     """Return the run times of Bobenko-Suris (166 steps) and Extrap for five units of time [s].
 
-    The run times exclude the overhead of a Python call. They are the shortest of all rounds.
+    The run times exclude the overhead of a Python call. Times are the shortest of all rounds.
     """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}

@@ -150,8 +150,8 @@ class Apex:
     def _nutation_at(self, t: float) -> float:
         """Return the nutation at a time between states, by interpolation.
 
-        The nutation is computed from the height and from the squared distance to the vertical. Both
-        are smooth functions of time, so the result is also accurate near the vertical.
+        The nutation is computed from the height and from the squared distance to the vertical. The
+        two functions are smooth, so the result is also accurate near the vertical.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))

@@ -21,8 +21,8 @@ def compute_difference(a: Path, b: Path) -> Difference:
 
     If a path does not store its attitude, the angle between both apexes is returned. Paths with
     different times are compared at the times of the path that has more of them in the interval
-    that both cover. The other path is evaluated at these times, which repeats its run. The closed
-    form of a map cannot be evaluated between its steps, so the other path is.
+    that both cover. The run of the other path is repeated to obtain states at these times. A closed
+    form of a map cannot be evaluated between its steps; in this case the other path is evaluated.
     """
     from .._plot.charts import Difference
 
@@ -34,7 +34,7 @@ def compute_difference(a: Path, b: Path) -> Difference:
 
 
 def _share_times(a: Path, b: Path) -> tuple[Path, Path]:
-    """Return both paths at the same times; they are empty if the paths cover no common time."""
+    """Return both paths at the same times, or empty paths if their time spans do not overlap."""
     if np.array_equal(a.t, b.t):
         return a, b
     low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())

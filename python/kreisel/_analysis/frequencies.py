@@ -13,7 +13,8 @@ found in the remainder.
 
 Sources: J. Laskar, Frequency map analysis and quasiperiodic decompositions, 2003
 (arXiv:math/0305364). The signal is multiplied by the Kaiser window, whose side lobes are at
-rounding level. For mean rates by windows, see S. Das and others, Nonlinearity 30 (2017) 4111.
+rounding level. For mean rates with window functions, see S. Das and others, Nonlinearity 30 (2017)
+4111.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ class Frequencies(ReadOnlyArrays):
         """Draw the spectrum of the apex with matplotlib, and return the axes.
 
         Each line has a dot at its amplitude. The number above a line is its distance from the
-        precession, which is dashed, as a multiple of the frequency of the nutation.
+        precession, in multiples of the nutation frequency. The line of the precession is dashed.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels

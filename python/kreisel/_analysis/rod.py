@@ -150,14 +150,14 @@ class Rod:
 
 
 def rod(path: Path) -> Rod:
-    """Return the elastic rod that belongs to a path by Kirchhoff's analogy.
+    """Return the elastic rod that corresponds to a path by Kirchhoff's analogy.
 
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, for a body with a rotor, for friction and for a support that
-    moves, and for a centre of mass that is on no principal axis. The torque of such a top's weight
-    corresponds to no force at the ends of a rod.
+    Raises ValueError for a damped top, a body with a rotor, friction, a moving support, and a
+    centre of mass that is on no principal axis. The torque of such a top's weight corresponds to no
+    force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

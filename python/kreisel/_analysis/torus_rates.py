@@ -1,8 +1,8 @@
 """Mean rates of a top whose motion is on a torus, from its closed form.
 
 Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2, and let z be the
-projection of the axis onto the horizontal plane. The heading turns z as a whole at a known mean
-rate; apart from that, z is a function of chi1 and chi2. Its argument grows at the mean rate
+projection of the axis onto the horizontal plane. Apart from the rotation by the heading, whose mean
+rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
 
     w1 n1 + w2 n2,
 
@@ -103,7 +103,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells(z: Waves) -> tuple[Indices, Array]:
-    """Return the cells of the grid, as rows of two indices, about which z turns, and the turns."""
+    """Return the grid cells (rows of two indices) around which z winds, and the windings."""
     one, two = _steps(z, 0), _steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -112,7 +112,7 @@ def _find_cells(z: Waves) -> tuple[Indices, Array]:
 
 
 def _steps(z: Waves, axis: int) -> Array:
-    """Return the angles between neighbours on the grid."""
+    """Return the angles between the values of z at neighbouring points of the grid."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
@@ -140,7 +140,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 def _mean_turns(z: Waves, since: Array, index: Array) -> Array:
     """Return the mean numbers of turns of z along loops of the first and of the second angle.
 
-    `since` has the positions of the zeros relative to the first point of the grid [turns].
+    `since` contains the positions of the zeros relative to the first point of the grid [turns].
     """
     first = round(float(_steps(z, 0)[:, 0].sum()) / math.tau)
     second = round(float(_steps(z, 1)[0].sum()) / math.tau)

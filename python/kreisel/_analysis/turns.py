@@ -221,7 +221,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
 def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     """Transform the arcs to a frame that turns about 0 at the rate `pace`.
 
-    Both frames coincide at half the time of an arc.
+    The two frames coincide in the middle of an arc.
     """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(

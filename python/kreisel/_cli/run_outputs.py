@@ -82,7 +82,7 @@ def output_options(command: _Command) -> _Command:
 
 
 class RunOutputs:
-    """The outputs of one run. They receive the path in pieces, and are finished at the end."""
+    """The outputs of one run, which receive the path in pieces and are completed at the end."""
 
     def __init__(
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]

@@ -46,7 +46,7 @@ def sweep() -> None:
 
 
 def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """Parse A:B, which means the parts A to B - 1."""
+    """Parse A:B, the range of the parts A to B - 1."""
     if word is None:
         return None
     first, colon, last = word.partition(":")

@@ -21,7 +21,7 @@ _COUNTABLE = 2.0**53
 class Grid:
     """The times first + k * step for 0 <= k < count.
 
-    Each time is computed by one multiplication, so that rounding errors do not accumulate.
+    Each time is the result of a single multiplication, so that rounding errors do not accumulate.
     """
 
     first: float

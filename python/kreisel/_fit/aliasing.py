@@ -1,6 +1,6 @@
-"""Other spins that fit the records as well, if these have few samples a turn.
+"""Other spins that fit the records equally well if there are few samples per turn.
 
-Between two samples at the distance dt, a turn by an angle and by the angle minus 2 pi look alike.
+Rotations that differ by a whole turn between two samples cannot be distinguished.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ _FEW = 4.0  # samples a turn from which an angular velocity is determined
 
 
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
-    """Return the points that have one turn less or more between two samples about an axis.
+    """Return points with one turn more or less about an axis between two samples.
 
-    The list is empty if no axis turns fast. A faster spin in the same direction counts only below
-    two samples a turn. If the moments are free, each point comes also with a
-    moment that keeps the momentum about the axis.
+    The list is empty if no axis turns fast. A faster spin in the same direction is included only if
+    there are fewer than two samples per turn. If the moments are free, a second version of each
+    point has the moment that keeps the momentum about the axis.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -62,7 +62,7 @@ def _keep_momentum(p: Parameters, alias: Point, axis: Array, factor: float) -> l
 
 
 def describe_alias(point: Point, alias: Point) -> str:
-    """Return a sentence about another start that fits the records as well."""
+    """Return a sentence about another start that fits the records equally well."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples a turn, and the angular velocity "

@@ -62,8 +62,9 @@ def fit(
               sum of squares per degree of freedom; an exception in it stops the fit
 
     Moments stay those of a rigid body during the search. Errors are standard deviations to first
-    order. They are enlarged if the residuals are larger than their sigma or correlated. Directions
-    that the records do not determine keep their value in the guess, and are named.
+    order. They are enlarged if the residuals are larger than their sigma or correlated. Parameters
+    keep the values of the guess along directions that the records do not determine. The result
+    names these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np

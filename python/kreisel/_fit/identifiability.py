@@ -1,8 +1,8 @@
-"""Directions of the parameters that no residual sees, and their names.
+"""Directions of the parameters along which no residual changes, and their names.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
-blind directions of a fit are compared with all generators; what remains is described by its largest
-components.
+blind directions of a fit are compared with all generators. The remaining ones are described by
+their largest components.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield the known changes that some measurements do not see, with their sentences."""
+    """Yield the known changes that do not affect some measurements, with sentences."""
     yield from _list_scales(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     heading = "the heading: a rotation of the start about the vertical"

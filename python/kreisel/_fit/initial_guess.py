@@ -47,7 +47,7 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 
 class Guess(NamedTuple):
-    """A point where a search can begin, and the measured motion that it comes from, if any.
+    """A point at which a search can begin, and its measured motion if there is one.
 
     motion   its attitudes are from the principal axes of the point to space
     allowed  (size, size) projection on the changes to which a first search is confined, or None
@@ -68,9 +68,9 @@ class _Solution(NamedTuple):
 
 
 def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
-    """Return guesses from the records: the measured start, and the rest as in the scene or better.
+    """Return guesses: the measured start, with the body of the scene or a better one.
 
-    The list is empty if the records do not tell a motion.
+    The list is empty if the records do not determine a motion.
     """
     base = parameters.start
     made: list[Guess] = []
@@ -244,7 +244,7 @@ def _integrate(t: Array, values: Array) -> Array:
 def _match_axes(solution: _Solution, base: Point) -> Array:
     """Return the principal axes of a solution, one a column, in the order of the scene's moments.
 
-    Their senses are those with which the lever agrees best with the scene's centre of mass.
+    Their signs are chosen so that the lever is as near as possible to the scene's centre of mass.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))
@@ -336,9 +336,9 @@ def _guess_with_spin(
 
 
 def _hold_spin(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection on changes of the start that keep the spin, and of instruments.
+    """Return the projection onto changes of the instruments, and of the start at constant spin.
 
-    The frequency of the nutation, which is known well, then stays, and its phase is found first.
+    The nutation then keeps its well-known frequency while the search finds its phase.
     """
     allowed = np.eye(parameters.size)
     for name in parameters.free:

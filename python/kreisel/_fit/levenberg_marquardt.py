@@ -119,7 +119,7 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
 
 
 def _is_far(found: Minimum, loss: LossName) -> bool:
-    """Return True if most residuals are large; outliers count in the linear loss alone."""
+    """Return True if most residuals are large. Outliers count with the linear loss only."""
     residuals = found.evaluation.residuals
     if loss == "linear":
         return found.cost > _FAR * residuals.size

@@ -56,7 +56,7 @@ class ApexTrace(NamedTuple):
 
 
 def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
-    """Return the motions that the records tell, the most complete first."""
+    """Return the motions that the records determine, the most complete one first."""
     turned = rotation_matrix(point.axes)
     made: list[MotionData] = []
     for record in records:
@@ -77,7 +77,7 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
 
 
 def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
-    """Return the traces of the apex that the records tell."""
+    """Return the traces of the apex that the records contain."""
     made = []
     for record in records:
         found = _read_apex(record, point)

@@ -1,6 +1,6 @@
-"""Multiple shooting: pieces of a motion with their own starts, whose ends must meet.
+"""Multiple shooting: pieces of a motion with their own starts, which must join without gaps.
 
-The gaps between the pieces are residuals whose standard deviation shrinks from stage to stage.
+The gaps between the pieces are residuals whose standard deviation decreases from stage to stage.
 Errors grow only within a piece, so that chaotic motions can be fitted over many Lyapunov times.
 Source: H. Bock, Recent advances in parameter identification techniques for ODE, 1983.
 """
@@ -42,13 +42,13 @@ _START = ("attitude", "velocity")
 
 
 class Pieces(NamedTuple):
-    """The starts of all pieces, and the values of all other parameters in the first one."""
+    """The starts of all pieces. The first piece has the values of all other parameters."""
 
     points: tuple[Point, ...]
 
 
 def choose_pieces(point: Point, records: Sequence[Record]) -> int:
-    """Return the number of pieces within which errors grow little."""
+    """Return a number of pieces so large that errors grow little within a piece."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -66,7 +66,8 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
 class ShootingModel:
     """The residuals of all pieces and of the gaps between them.
 
-    The first columns are the parameters of the first piece; the starts of the others follow.
+    The first columns are the parameters of the first piece, followed by the starts of the other
+    pieces.
     """
 
     def __init__(
@@ -212,9 +213,9 @@ def shoot(
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum in which the pieces meet, found with ever smaller gaps.
+    """Return the minimum in which the pieces join, from a search with smaller gaps in each stage.
 
-    The search ends early if even pieces that need not meet disagree with the records.
+    The search ends early if the records disagree even with pieces that need not join.
     """
     found: Minimum | None = None
     for gap in GAPS:
@@ -230,11 +231,11 @@ def shoot(
 
 
 def fits_loosely(model: ShootingModel, pieces: Pieces, loss: LossName) -> bool:
-    """Return True if the pieces agree with the records as long as they need not meet."""
+    """Return True if pieces that need not join agree with the records."""
     model.gap = GAPS[0]
     search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _ignore(_: Minimum) -> None:
-    """Ignore a minimum in which the pieces do not meet."""
+    """Ignore a minimum in which the pieces do not join."""

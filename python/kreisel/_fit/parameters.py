@@ -300,12 +300,12 @@ class Parameters:
         return made
 
     def moments_by_step(self) -> Array:
-        """Return the derivative (3, groups) of the moments by the free densities."""
+        """Return the derivative (3, groups) of the moments with respect to the free densities."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
     def natural_sizes(self, point: Point, span: float) -> Array:
-        """Return the size (size,) of a change of each parameter that would matter.
+        """Return the size (size,) of a significant change of each parameter.
 
         span  the length of the records [T]
         """
@@ -368,9 +368,9 @@ class Parameters:
         )
 
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
-        """Return the names, units and values of the parameters as users know them.
+        """Return the names, units and values of the parameters in the form shown to users.
 
-        The last item is the derivative (size, size) of the values by a step.
+        The last item is the derivative (size, size) of the values with respect to a step.
         """
         names: list[str] = []
         units: list[str] = []

@@ -1,7 +1,8 @@
-"""Quantities along the motion of a point, and their derivatives by the free parameters.
+"""Quantities along the motion of a point, and their derivatives for the free parameters.
 
-The derivatives of the core's quantities by the numbers of a scene are combined to derivatives by
-the parameters of a fit. All vectors of the body are in its frame of description.
+The core differentiates with respect to the attributes of a scene. The chain rule gives the
+derivatives with respect to the parameters of a fit. Vectors fixed in the body have components in
+the frame of description.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ class Motion:
         return np.concatenate((rate, torque - drag[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
-        """Return a quantity; `place` is that of the instrument that measures specific_force."""
+        """Return a quantity; `place` is the position of the accelerometer, for specific_force."""
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
@@ -113,7 +114,7 @@ class Motion:
         return Prediction(found, by, rate)
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
-        """Return derivatives (n, k, c) of a quantity by the core, zero where there are none."""
+        """Return the core's derivatives (n, k, c) of a quantity, with zeros where none exist."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c

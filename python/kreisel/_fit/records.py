@@ -103,8 +103,8 @@ class Record(ReadOnlyArrays):
     values   {quantity: (n, ...)}: names of quantities or of their components, as "apex_x", and
              their values. NaN where nothing was measured. q is scalar first, and -q equals q
     sigma    standard deviation of the errors: a number, or an array that broadcasts to the values,
-             or {quantity: number or array}. For q it is an angle [rad]. None: it is estimated from
-             the residuals of the fit, for each quantity
+             or {quantity: number or array}. The sigma of q is an angle [rad]. None: it is estimated
+             from the residuals of the fit, for each quantity
     free     properties of the instrument that the fit estimates: "bias" and "scale" of each
              component, "mounting", the rotation from the instrument to the frame of the body, and
              "delay", by which the clock of the instrument is ahead [T]
@@ -113,9 +113,9 @@ class Record(ReadOnlyArrays):
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
              point in the frame of the body [L]
 
-    Quantities are those of a path, and specific_force, the acceleration of `point` minus that of
-    gravity, seen from the frame of the body [L T^-2]. At rest it points up and has the size of
-    gravity.
+    The quantities are those of a path and `specific_force`. The specific force is the acceleration
+    of `point` minus that of gravity, in the body frame [L T^-2]. At rest, it points up and has the
+    magnitude of gravity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.
@@ -221,7 +221,7 @@ class Record(ReadOnlyArrays):
         """Return a record of the columns of a pandas.DataFrame.
 
         The arguments are as in kreisel.Record.from_csv. If there is no column `t`, an index of this
-        name has the times. Raises TypeError for other objects than a DataFrame.
+        name has the times. Raises TypeError for objects other than a DataFrame.
         """
         times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)

@@ -1,4 +1,4 @@
-"""Residuals of records, in standard deviations, and their derivatives by the free parameters."""
+"""Residuals of records, in standard deviations, and their derivatives for the free parameters."""
 
 from __future__ import annotations
 
@@ -208,14 +208,14 @@ class ResidualModel:
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_side(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Return the path to times of one sign; a trial with tangents has a limit of steps."""
+        """Return the path at times of one sign; trials with tangents have a limit on the steps."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
     def _by_parameters(self, point: Point) -> Array:
-        """Return the derivatives (c, size) of the scene's numbers by the motion's parameters."""
+        """Return the derivatives (c, size) of the scene's attributes for the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])

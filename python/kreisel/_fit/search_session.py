@@ -1,4 +1,4 @@
-"""The search for a fit: guesses, growing parts of the records, estimated noise, the best so far."""
+"""The search for a fit: guesses, longer and longer parts of the records, and estimated noise."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ class SearchSession:
         self._find_alias()
 
     def _split_chaotic(self, point: Point) -> None:
-        """Put the best motion in pieces if errors grow so much that first order says nothing."""
+        """Divide the best motion into pieces if errors grow too much for a linear approximation."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
@@ -194,8 +194,8 @@ class SearchSession:
     def _search_slowly(self, point: Point) -> None:
         """Search from the scene's body on slowly growing parts of the records.
 
-        The phases of all oscillations then stay known. Noisy records bias the first guess of the
-        moments, which then have other frequencies.
+        The phases of all oscillations then remain known. Noise in the records biases the first
+        guess of the moments, and thus the frequencies.
         """
         body = self.parameters.start
         own = replace(point, densities=body.densities, com=body.com, damping=body.damping)
@@ -231,7 +231,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def _is_plausible(self) -> bool:
-        """Return True unless residuals are larger than chance and some outliers explain."""
+        """Return True unless the residuals are larger than chance and some outliers can explain."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
         return bool(self._measure_misfit() <= limit)
@@ -276,8 +276,8 @@ class SearchSession:
     def _choose_sign(self) -> None:
         """Replace the best point by its twin if the twin's centre of mass is on the scene's side.
 
-        An instrument on the body shows the same if the centre of mass and the vertical are
-        reversed.
+        Reversing both the centre of mass and the vertical does not change what an instrument on the
+        body measures.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -294,7 +294,7 @@ class SearchSession:
                 self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _find_alias(self) -> None:
-        """Search with other spins that look alike between samples; keep a clearly better one."""
+        """Search with other spins that fit similarly; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -405,7 +405,7 @@ class SearchSession:
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
-        """Return True if a part of the records fits in pieces that hardly need to meet."""
+        """Return True if a part of the records can be fitted by pieces with large gaps."""
         records, sigmas = self._cut_records(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
@@ -415,7 +415,7 @@ class SearchSession:
         return is_near
 
     def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
-        """Search with the motion in pieces; keep a cost below `factor` times the one so far."""
+        """Search with the motion in pieces; keep costs below `factor` times the best one."""
         before = self.best
         self.best = None
         found = shoot(model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit)

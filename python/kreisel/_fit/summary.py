@@ -8,14 +8,14 @@ from typing import Protocol
 
 
 class SeriesSummary(Protocol):
-    """A series, of which the summary needs its standard deviations, or None."""
+    """A series with its standard deviations or None, for the summary."""
 
     @property
     def sigma(self) -> object: ...
 
 
 class RecordSummary(Protocol):
-    """A record, of which the summary needs the series and the number of missing values."""
+    """A record with its series and the number of missing values, for the summary."""
 
     @property
     def series(self) -> Sequence[SeriesSummary]: ...

@@ -1,4 +1,4 @@
-"""Columns of tables: CSV files, data frames, and the quantities that columns belong to."""
+"""Columns of CSV files and data frames, and their assignment to quantities."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
 def _join_components(
     table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
 ) -> dict[str, Array]:
-    """Return the columns, with the components of a quantity joined if all of them are there."""
+    """Return the columns, with the components of a quantity joined if all of them are present."""
     for name in table:
         if name not in parts:
             hint = unknown_name_message("quantity in the name of a column:", name, parts)

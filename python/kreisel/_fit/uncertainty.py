@@ -1,9 +1,9 @@
-"""Covariances of fitted parameters, and how far they can be trusted.
+"""Covariances of fitted parameters, and measures of their reliability.
 
-The errors grow by the root of chi2 per degree of freedom where it is above chance, and by
-sqrt((1 + r) / (1 - r)) where neighbouring residuals have the correlation r.
-Sources: G. Box, G. Jenkins and G. Reinsel, Time Series Analysis, for correlated residuals;
-P. Huber and E. Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+If chi2 per degree of freedom is above chance, the errors are multiplied by its square root. If
+neighbouring residuals have the correlation r, they are also multiplied by sqrt((1 + r) / (1 - r)).
+Sources: G. Box, G. Jenkins and G. Reinsel, Time Series Analysis, for correlated residuals; P. Huber
+and E. Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
 
 from __future__ import annotations
@@ -139,8 +139,8 @@ def measure_nonlinearity(
 ) -> float:
     """Return the deviation from 1 of the rise of chi2 at one sigma, relative to a linear model.
 
-    The rise is that along the least certain direction, on its worse side. The inflation of the
-    errors enlarges one sigma.
+    The rise is taken along the least certain direction, in the sense with the larger deviation. One
+    sigma includes the inflation of the errors.
     """
     if not spectrum.factor.size:
         return 0.0

@@ -58,8 +58,8 @@ class Body(BodyConstructors):
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
     rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
-                  frame of the body [M L^2 T^-1]. It is a part of the momentum J w + rotor. The
-                  inertia includes the rotors, as if they were at rest
+                  frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
+                  includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. This is
     checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a

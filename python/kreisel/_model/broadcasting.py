@@ -176,7 +176,7 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
 
 
 def shape_of(*words: Parameter) -> Shape:
-    """Return the shape of the batch that the parameters `words` describe."""
+    """Return the common shape of the parameters `words`."""
     return common_shape([each.name for each in words], [each.shape for each in words])
 
 

@@ -223,7 +223,7 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession; `told` are the parameters spin, tilt and gravity.
+    """Return the rates of steady precession; `told` contains the parameters spin, tilt and gravity.
 
     Raises ValueError with the index of the first member that has no steady precession.
     """

@@ -1,6 +1,6 @@
 """The environment of a top: gravity, damping, the motion of the support, and friction.
 
-An environment is all of a scene except its body and its start.
+It comprises all parameters of a scene except its body and its start.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def check_friction(given: object) -> float:
 def advance_shaking(shaking: Vector, t: float) -> Vector:
     """Return the shaking of a scene whose start is at the time `t` of another scene.
 
-    The phase at `t` is computed by rational numbers, and is rounded once.
+    The phase at `t` is computed with rational numbers, and rounded once.
     """
     amplitude, rate, phase = shaking
     if not amplitude or not t:
@@ -103,7 +103,7 @@ def advance_shaking(shaking: Vector, t: float) -> Vector:
 
 
 def list_disturbances(tops: Any) -> list[str]:
-    """Return names of what disturbs a scene, or some members of an ensemble, besides gravity."""
+    """Return the names of the disturbances of a scene, or of some members of an ensemble."""
     present = {
         "damping": np.any(tops.damping),
         "friction": np.any(tops.friction),
@@ -126,7 +126,7 @@ def refuse_disturbances(tops: Any, what: str, allowed: Iterable[str] = ()) -> No
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
     """Return the parameters of the environments of many tops, and their columns by name.
 
-    The parameters are gravity, damping, and those others that are not None.
+    The parameters are gravity, damping, and the other ones that are not None.
     """
     down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
     told, columns = [down, drag], {"gravity": down.values, "damping": along}
@@ -148,7 +148,7 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
 
 
 def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
-    """Raise the error of `check` for the first value that it refuses."""
+    """Raise the error of `check` for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
     if made.name == "friction":

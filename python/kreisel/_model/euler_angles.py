@@ -110,7 +110,7 @@ def check_steady(
 
 
 def refuse_steady_rotor(body: Body | Bodies) -> None:
-    """Raise ValueError for a body with a rotor, whose steady precession is another one."""
+    """Raise ValueError for a body with a rotor, for which the formulas do not hold."""
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
 

@@ -22,8 +22,8 @@ def angular_momentum(
 
     The body has the principal moments `moments` along the principal axes `axes`, and a rotor with
     the momentum `rotor` along these axes. The support turns with the angular velocity `turning` in
-    space, to which velocities are relative. Components of `rotor` and `turning` that are zero must
-    be -0.0, which leave all numbers unchanged when they are added.
+    space, to which velocities are relative. Zero components of `rotor` and `turning` must be -0.0,
+    because adding -0.0 changes no number.
     """
     if name == "momentum":
         return v

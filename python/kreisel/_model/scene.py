@@ -126,7 +126,7 @@ class Scene:
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
     def _arguments(self) -> SceneKwargs:
-        """Return the arguments of the constructor that make an equal scene."""
+        """Return arguments with which the constructor returns an equal scene."""
         return {
             "body": self.body,
             "momentum": self.momentum,
@@ -153,7 +153,7 @@ class Scene:
 
     @property
     def _is_plain(self) -> bool:
-        """True if the body has no rotor, and nothing but gravity acts."""
+        """True if the body has no rotor, and only gravity acts."""
         return not self._is_disturbed and not any(self.body.rotor)
 
     @property
@@ -274,7 +274,7 @@ class Scene:
             Rz(precession) Rx(nutation) Rz(spin).
 
         For any other apex, the frame is first rotated so that its third axis becomes the apex. The
-        same rotation is part of the angles of a path.
+        angles of a path include the same rotation.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene

@@ -75,8 +75,8 @@ def call_constructor(
 ) -> _T:
     """Call the constructor `make` with the keys of a table as its arguments.
 
-    Raises ValueError for unknown and missing keys. `elsewhere` maps a misplaced key to the table
-    where it belongs. `others` are further keys that an error message can suggest.
+    Raises ValueError for unknown and missing keys. `elsewhere` maps a misplaced key to the name of
+    its proper table. `others` are further keys that an error message can suggest.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

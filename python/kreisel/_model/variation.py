@@ -91,7 +91,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
-    """Return the environment of `scene`, in which those values that are given vary."""
+    """Return the environment of `scene` with the given values, which may be arrays."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
         own = np.asarray(getattr(scene, name))

@@ -19,10 +19,10 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 class _TorusForm(NamedTuple):
-    """A closed form, and the time that it takes in steps of the Taylor series.
+    """The costs of a closed form, in steps of the Taylor series.
 
-    They were chosen by validation/studies/set_up_times.py: of the random tops for which 'auto' uses
-    the closed form, about one in a hundred takes longer than with the series.
+    The values were chosen by validation/studies/set_up_times.py. With these values, the closed form
+    is slower for about one in a hundred random tops for which 'auto' uses it.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of two set-ups, one for the choice and one for the run [steps]
@@ -65,15 +65,15 @@ def _is_short(scene: Scene, t: object) -> bool:
 
 
 def explain_series(scene: Scene, times: Array | None) -> str | None:
-    """Return why 'auto' integrates a Kowalewski or a Goryachev-Chaplygin top.
+    """Return the reason why 'auto' integrates a Kowalewski or Goryachev-Chaplygin top numerically.
 
-    Returns None if 'auto' uses the closed form. It does so if the closed form is at least as
-    accurate as the Taylor series at all `times`, and takes no more time. The answer depends on the
-    arguments alone, not on the speed of this machine. `times` is None if they are not known.
+    Returns None if 'auto' uses the closed form. It uses the closed form if this is at least as
+    accurate as the Taylor series at all `times`, and at least as fast. The result depends only on
+    the arguments, not on the speed of the machine. `times` is None if they are not known.
 
-    The rule is for one scene. For an ensemble, the plans that it needs would have to be computed by
-    the threads of the core, where the method of a top is a function of its scene alone. See
-    "Ensembles" in docs/theory/closed_form.md.
+    The rule applies to single scenes. For ensembles, the threads of the core would have to compute
+    the plans, but there the method of a top depends only on its scene. See "Ensembles" in
+    docs/theory/closed_form.md.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):
@@ -107,8 +107,8 @@ def _misses_ratio(scene: Scene, ratio: float) -> bool:
 def _estimate_steps(scene: Scene, end: float) -> float:
     """Return an estimate of the number of steps of the Taylor series to the time `end`.
 
-    The steps are proportional to the angular velocity or, for slow tops, to the rate of a pendulum.
-    The number for random tops is between 0.8 and 4 times the estimate.
+    The number is proportional to the angular velocity or, for slow tops, to the rate of a pendulum.
+    For random tops, the number is between 0.8 and 4 times the estimate.
     """
     body = scene.body
     velocity = math.hypot(*values("velocity", scene._block, scene._start).ravel())

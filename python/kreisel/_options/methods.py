@@ -100,7 +100,7 @@ class Method:
 
     @property
     def turning(self) -> bool:
-        """True if the method applies to any turning support; others apply to turning about e3."""
+        """True if the method applies to supports that turn about any axis, not only about e3."""
         return bool(self.flags & FLAGS["turning"])
 
     @property
@@ -135,7 +135,7 @@ class Method:
     def applies_to(self, body: Body) -> bool:
         """Return True if the method applies to this body for any gravity.
 
-        The attribute `tops` describes these bodies in words.
+        The attribute `tops` describes these bodies.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
@@ -201,7 +201,7 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    Setting up the closed form of such a top takes as long as many steps of the Taylor series.
+    Planning the closed form of such a top takes as long as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
@@ -241,7 +241,7 @@ def get_method(name: object) -> Method:
 
 
 def _describe_tops(method: Method, scene: Scene) -> str:
-    """Return text that says to which tops a method applies that does not suit a scene."""
+    """Return a text about the tops to which a method applies, for a scene that it does not suit."""
     if scene._is_damped and not method.damped:
         return "tops without damping"
     if scene.friction and not method.friction:

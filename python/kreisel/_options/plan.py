@@ -88,7 +88,7 @@ class Plan:
     turn: float | None = None
 
     def _rows(self) -> list[tuple[str, str]]:
-        """Return the lines of the description as pairs; a name that is repeated is empty."""
+        """Return the lines of the description as pairs; repeated names are empty."""
         order = (
             f"order {self.order}"
             if self.order
@@ -129,8 +129,8 @@ def make_plan(
 ) -> Plan:
     """Return the plan of a solve of `scene` that records `states` states.
 
-    `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. They are None
-    for runs and ensembles.
+    `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. For runs and
+    ensembles, `times` is None.
     """
     _, top = start(scene._block, *options.core)
     kernel, order = top.kernel if top else ("", options.method.order)

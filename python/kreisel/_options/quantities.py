@@ -61,7 +61,7 @@ ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians"
 
 
 def derivative_shape(name: str) -> tuple[int, ...]:
-    """Return the shape of a derivative of a quantity; that of q is a rotation vector."""
+    """Return the shape of a derivative of a quantity; the derivative of q is a rotation vector."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 

@@ -84,7 +84,7 @@ class SolveOptions:
         return self.core[-1]
 
     def keep_heading(self) -> SolveOptions:
-        """Return options by which the heading is computed, as a turning support requires."""
+        """Return options that include the heading, as a turning support requires."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property

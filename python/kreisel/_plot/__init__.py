@@ -1,1 +1,1 @@
-"""Pictures by matplotlib. They do not use pyplot, so its global state is unchanged."""
+"""Pictures by matplotlib. The functions do not use pyplot, so its global state is unchanged."""

@@ -89,7 +89,7 @@ def plot_paths(
 ) -> Picture:
     """Plot each path and the states at its events in three axes, by default in a new figure.
 
-    The result of `compute_difference` is drawn in further axes, if there are any.
+    The difference of the paths is drawn in further axes, if there are any.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
     label = time_label(as_unit("time_unit", time_unit))
@@ -178,7 +178,7 @@ def _draw_path(
 
 
 def _explain_marks(sphere: Axes, has_limits: bool, has_events: bool) -> None:
-    """Write below a sphere what the dots and the dashed lines on it mean."""
+    """Write the meaning of the dots and the dashed lines below a sphere."""
     ink = matplotlib.rcParams["text.color"]
     marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
     if has_limits:
@@ -225,7 +225,7 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the times and values with NaN inserted in `intervals`, where the line is broken."""
+    """Return the times and values with a NaN in each of the `intervals`, to break the line."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 

@@ -148,7 +148,7 @@ class Film:
 
 
 def _reach_along(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the distances along the apex at which the body begins and ends."""
+    """Return the coordinates along the apex of the two ends of the body."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
 
@@ -156,7 +156,7 @@ def _reach_along(corners: Array, apex: Array) -> tuple[float, float]:
 def _find_floor(quads: Array, q: Array, apex: Array) -> float:
     """Return the height of a floor that neither the body nor the trace of its apex reaches.
 
-    The height is 0 if the body never goes below the fixed point.
+    The height is 0 if the body never extends below the fixed point.
     """
     corners = np.unique(quads.reshape(-1, 3), axis=0)
     lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)

@@ -64,7 +64,7 @@ def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
 
 
 def _name_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
-    """Write at each line the multiple of the nutation that it differs from the precession."""
+    """Label each line with its distance from the precession, in multiples of the nutation."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:
         multiples = (lines - spectrum.precession) / spectrum.nutation

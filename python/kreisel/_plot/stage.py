@@ -28,7 +28,7 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_stage(axes: Axes, floor: float) -> None:
-    """Draw all that does not move, with the floor at the height `floor`."""
+    """Draw all parts that do not move, with the floor at the height `floor`."""
     _set_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)
@@ -59,7 +59,7 @@ def _draw_floor(axes: Axes, height: float) -> None:
 
 
 def _draw_dome(axes: Axes, floor: float) -> None:
-    """Draw the outline of the unit sphere above the floor, and the circle in which they meet."""
+    """Draw the outline of the unit sphere above the floor, and its intersection with the floor."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     x, y = _directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
@@ -81,7 +81,8 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     """Draw the shadow of the faces `corners` (n, 4, 3) on the floor.
 
-    A wide lamp casts the shadow. It is sharp near the floor and soft farther up.
+    The shadow is that of an extended light source. It is sharp where the body is near the floor,
+    and soft where the body is higher.
     """
     above = corners[..., 2:] - floor
     outlines = []

@@ -139,8 +139,8 @@ def rounding_growth(
 ) -> tuple[CoreResult, float]:
     """Return a result of the core, and the largest growth of a rounding error of the start.
 
-    The growth is the change of the attitude [rad] divided by the relative rounding error. It is
-    computed from tangents of the Taylor series, whichever method computed the path. For at most 16
+    The growth is the change of the attitude [rad] divided by the relative rounding error. The
+    estimate uses tangents of the Taylor series, whichever method computed the path. For at most 16
     digits, the returned value is the largest growth of any single rounding error. With more digits,
     the changes caused by all rounding errors are added as independent errors. The growth is
     infinite if a tangent overflows. The result contains the states at which the growth was

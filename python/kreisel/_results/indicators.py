@@ -130,9 +130,9 @@ class Indicator(ReadOnlyArrays):
         - a value of `final_megno` between 2.5 and 8, which is near the threshold;
         - fewer than 100 turns, unless the motion is chaotic.
 
-        Of 1600 random tops, 536 of them chaotic, no regular top without doubt was called chaotic.
-        Of the tops that were called regular without doubt, 2 % were chaotic after 100 turns, 0.7 %
-        after 300 turns, and none after 1000 turns.
+        In a study of 1600 random tops, 536 of them chaotic, no regular top without doubt was called
+        chaotic. Of the tops that were called regular without doubt, 2 % were chaotic after 100
+        turns, 0.7 % after 300 turns, and none after 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
@@ -171,10 +171,10 @@ class Indicator(ReadOnlyArrays):
         time_unit  the unit of time in which the scenes are described, for the labels
 
         The curve of each top over time is drawn for one scene and for an ensemble of one dimension.
-        The colours tell regular, chaotic and doubtful tops apart. A dashed line shows the threshold
-        of MEGNO. For an ensemble of two dimensions, the values at the last time are drawn as a map,
-        with a dot at each doubtful top. Values that are not positive are left out of logarithmic
-        scales.
+        The colours distinguish regular, chaotic and doubtful tops. A dashed line shows the
+        threshold of MEGNO. For an ensemble of two dimensions, the values at the last time are drawn
+        as a map, with a dot at each doubtful top. Values that are not positive are left out of
+        logarithmic scales.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()

@@ -221,14 +221,14 @@ class Path(ReadOnlyArrays, Tables):
         """The time at which the scene of this path starts [T].
 
         The value is 0 unless the path belongs to a kreisel.Run that was pushed, reset or changed.
-        It is then the time of the last change before the path.
+        For such a run, it is the time of the last change before the path.
         """
         return self._origin.begin
 
     def scene_at(self, i: int) -> Scene:
         """Return the scene whose initial state, at t = 0, is state i of this path.
 
-        The phase of a shaken support is the one at the time of this state. Raises IndexError if
+        The phase of a shaken support is its phase at the time of this state. Raises IndexError if
         there is no such state.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]

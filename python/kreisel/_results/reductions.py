@@ -21,8 +21,8 @@ class Reductions(EnsembleResult):
     """The result of kreisel.reduce: a mapping from names of quantities to mappings of arrays.
 
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
-    'where_max'. The arrays are read-only. Their shape is the shape of the ensemble followed by the
-    shape of the quantity. The values of a failed top are NaN. The variance is the mean squared
+    'where_max'. The arrays are read-only. The shape of an array is that of the ensemble, followed
+    by that of the quantity. The values of a failed top are NaN. The variance is the mean squared
     deviation from the mean over the recorded states. where_min and where_max are the first times at
     which the minimum and the maximum occur [T].
 

@@ -79,7 +79,7 @@ def solve_request(
     want: object,
     progress: Progress | None,
 ) -> Path | None:
-    """Return the path of a scene, or None if the arguments need further validation.
+    """Return the path of a scene, or None if the arguments must be validated in Python.
 
     Raises the exception of stop_exception if the run fails.
     """

@@ -174,7 +174,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
 ) -> PathRecord:
-    """Read the arrays whose names begin with `prefix`, and return `words` with these arrays."""
+    """Return `words` with the arrays of the archive whose names begin with `prefix`."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")

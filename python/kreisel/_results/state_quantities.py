@@ -210,8 +210,9 @@ class States(QuantityAttributes):
         The error is the largest last term of the tangents' Taylor series. The steps are chosen for
         the accuracy of the path, not of the tangents.
 
-        For a kreisel.ExactTorus, it is the largest difference between differences of order 8 and of
-        order 6. It is relative to the tangent or, if larger, to a change of the state by its size.
+        For a kreisel.ExactTorus, the error is the largest change of the tangents between
+        differences of orders 6 and 8. The change is relative to the larger of the tangent and a
+        change of the state by its own size.
         """
         return self._tangents().truncation
 
@@ -220,7 +221,7 @@ class States(QuantityAttributes):
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
         Each number is rounded once, with the relative error 2^-53. Raises AttributeError unless the
-        path was solved with the tangents by all numbers that are not zero.
+        path has the tangents with respect to all nonzero parameters.
         """
         return self._tangents().conditioning(self.scene)
 
@@ -231,10 +232,11 @@ class States(QuantityAttributes):
         `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors seen
         from the body [rad], (n, 3, c). Angles change without jumps.
 
-        The values are NaN where there is no derivative: of Euler's angles if the apex is vertical,
-        and of quantities that depend on the apex, by com, if com is zero. Those of `kowalewski` and
-        `goryachev_chaplygin` are NaN by numbers whose change makes the body one of another kind:
-        the moments, and com along the axis of the moment that differs.
+        Values that do not exist are NaN: the derivatives of Euler's angles if the apex is vertical,
+        and derivatives with respect to com if com is zero, of quantities that depend on the apex.
+        The derivatives of `kowalewski` and `goryachev_chaplygin` are NaN for parameters whose
+        change makes the body one of another kind: the moments, and com along the axis of the
+        different moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -271,7 +273,7 @@ class States(QuantityAttributes):
         """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
 
         This is the acceleration of the point minus that of gravity, seen from the frame of the
-        body. At the fixed point it is gravity, but upward.
+        body. At the fixed point, the result is gravity with the opposite sign.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)

@@ -56,8 +56,8 @@ class TangentData(NamedTuple):
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
-        Raises AttributeError if some tangents are missing. Those by numbers that are zero are not
-        needed, because a zero is not rounded.
+        Raises AttributeError if some tangents are missing. Tangents with respect to zero parameters
+        are not needed, because a zero has no rounding error.
         """
         data = {
             # a change of a unit quaternion rotates by twice its size

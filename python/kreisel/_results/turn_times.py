@@ -13,8 +13,8 @@ def slowest_turns(tops: Ensemble) -> Array:
 
     The times are an array (n,), computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I
     and sqrt(mass |gravity| |com| / I), with the largest moment I and the momentum h of the rotor.
-    The first value is the rate of a rotation, the second the angular frequency of a pendulum. The
-    largest acceleration of a shaken support adds to gravity. The time is 1 for a top at rest
+    The first value is the rate of a rotation, the second the angular frequency of a pendulum.
+    Gravity includes the largest acceleration of a shaken support. The time is 1 for a top at rest
     without torque.
     """
     body = tops.body

@@ -207,14 +207,14 @@ class ExactTorus(Exact):
     time or an array of times returns a kreisel.Path.
 
     With `tangents`, the path also has `tangents` and `derivative`, as from kreisel.solve. The names
-    are one or several of "start", "gravity" and "mass". Other changes leave the closed form, as
-    does the vertical momentum of a Goryachev-Chaplygin top, whose column is NaN. The tangents are
-    central differences of order 8 of the closed forms of neighbouring tops, and their steps are
-    shorter at later times. Usually the error stays below about 1e-10 of the tangent at any time,
-    where the error of a Taylor series grows. It is larger in two cases. Near resonances and
-    separatrices, `tangents_rest` is larger too. By gravity and mass, the derivative of a fast top
-    is a small difference. Each range of times within a factor of 8 takes at least eight closed
-    forms for each column.
+    are one or several of "start", "gravity" and "mass". Other changes lead to tops without closed
+    form. So does a vertical momentum of a Goryachev-Chaplygin top, and its column is NaN. The
+    tangents are central differences of order 8 of the closed forms of neighbouring tops, and their
+    steps are shorter at later times. The error usually stays below about 1e-10 of the tangent at
+    any time, whereas the error of a Taylor series grows. The error is larger in two cases. Near
+    resonances and separatrices, `tangents_rest` shows the larger error. For fast tops, the
+    derivatives with respect to gravity and mass are small differences of large numbers. Each range
+    of times within a factor of 8 takes at least eight closed forms for each column.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
@@ -252,8 +252,9 @@ class ExactTorus(Exact):
         the frequencies: between neighbouring tops, d energy = sum of frequencies * d actions. For
         Goryachev-Chaplygin tops, the neighbours must have <m, e3> = 0 too.
 
-        Some motions already return after half a turn of the first angle, or of both angles, up to a
-        rotation about the vertical. The loops of the actions are then not the smallest ones.
+        Up to a rotation about the vertical, some motions already return after half a turn of the
+        first angle, or of both angles. For these motions, the loops of the actions are not the
+        shortest possible ones.
 
         Raises ValueError if the motion is too near to a separatrix. Source: V. I. Arnold,
         Mathematical Methods of Classical Mechanics, section 50.
@@ -263,11 +264,11 @@ class ExactTorus(Exact):
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
-        """Return `n` times after which the body nearly returns, each nearer than before.
+        """Return `n` times after which the body nearly returns, each time nearer.
 
         The shape is (n, 3). A row has the turns of the first angle, the turns of the second angle,
-        and the time [T]. Both numbers of turns are whole, and their ratio is a convergent of the
-        continued fraction of the frequencies' ratio. Each row is thus a near resonance of the
+        and the time [T]. Both numbers of turns are integers, and their ratio is a convergent of the
+        continued fraction of the frequency ratio. Each row is thus a near resonance of the
         frequencies. After this time, the momentum and the vertical, as seen from the body, are
         nearly those of the start. There are fewer rows if a resonance is exact within rounding
         errors.
@@ -415,7 +416,7 @@ def exact(
     step   only with `map`: the step of the method, positive or negative [T]
 
     Raises ValueError, with the reason, for a scene without closed form, and for a support that
-    turns about e3. Then solve(scene, t, "exact") has the states.
+    turns about e3. In the latter case, solve(scene, t, "exact") returns the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return from_list(scene)

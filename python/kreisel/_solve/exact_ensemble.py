@@ -56,8 +56,8 @@ class ExactEnsemble:
     and the states are bitwise equal. The attributes of the turning points raise ValueError if a
     scene has no turning points.
 
-    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. They are
-    NaN for all other tops.
+    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
+    values are NaN for all other tops.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -109,8 +109,8 @@ class ExactEnsemble:
 
         A run of the ensemble computes the same states faster, but its times must lead away from 0.
         A run is not used if a time is 0, because it would return the initial state itself instead
-        of the state of the closed form. It is not used for closed forms on a torus either, because
-        a run evaluates these in working axes, with other rounding errors.
+        of the state of the closed form. For the same reason, it is not used for closed forms on a
+        torus: a run evaluates these in working axes, with other rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -281,7 +281,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a support that turns about e3.
 
-    The closed form of its states exists, but turning points and rates are those seen from rest.
+    Its states have a closed form, but turning points and rates refer to the space at rest.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():

@@ -89,15 +89,15 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. The time goes on;
-    everything else is as in a new run of the present state:
+    run.push, run.reset and run.change change the motion at the present time t. The time continues;
+    everything else is as in a new run from the present state:
 
     - run.scene is the present state, and run.start_time its time. Each path has the scene of its
       own states, so that its energy, `path(t)` and `path.error` refer to this scene;
     - the grid of a fixed step begins at the present time;
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event goes on. The events are searched for as before. An event at the present time is
-      not found again, and a jump of its function by the change is no event;
+      terminal event can continue. The events are searched for as before. An event at the present
+      time is not found again, and a jump of its function due to the change is not an event;
     - the next path of run.to(t) begins with the state after the change;
     - with 20 or 30 digits, the low words of the present state are kept.
 
@@ -157,7 +157,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance_fast(self, t: object, progress: Progress | None = None) -> Path | None:
-        """Advance the run in a single call, or return None if `t` needs further validation."""
+        """Advance the run in a single call, or return None if `t` must be validated in Python."""
         path: Path | CoreResult | None = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
             return path
@@ -190,7 +190,7 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over the paths that follow the current time, as from kreisel.stream.
 
-        The run can be saved, pushed, reset or changed between two paths. The stream then goes on
+        The run can be saved, pushed, reset or changed between two paths. The stream then continues
         with its times.
         """
         number = parse_every(self._options.method, every)
@@ -251,9 +251,10 @@ class Run:
         impulse  the integral of a torque about the fixed point over a time in which the top does
                  not move, in space [M L^2 T^-1]
 
-        The description of the class says how the run goes on. Raises TypeError or ValueError for
-        anything but three finite numbers. Raises ValueError for a horizontal impulse if `want` has
-        only quantities that do not depend on the heading, because the heading is then not computed.
+        See the description of the class for how the run continues. Raises TypeError or ValueError
+        for anything but three finite numbers. Raises ValueError for a horizontal impulse if `want`
+        has only quantities that do not depend on the heading, because the heading is then not
+        computed.
 
         >>> import kreisel as kr
         >>> run = kr.start(kr.scenes.sleeping)
@@ -282,7 +283,7 @@ class Run:
         """Set the momentum, the attitude, or both, at the present time.
 
         The arguments are those of kreisel.Scene. An attitude without a momentum keeps the angular
-        momentum in space. The description of the class says how the run goes on.
+        momentum in space. See the description of the class for how the run continues.
 
         Raises TypeError if there is no argument. Raises ValueError if `want` has only quantities
         that do not depend on the heading, and the new state depends on the present heading: then
@@ -325,14 +326,14 @@ class Run:
         """Change the body or its environment at the present time.
 
         The arguments are those of kreisel.Scene. The attitude stays the same: it carries the frame
-        of description of the new body into space. The times of the run go on, and `shaking` refers
-        to them.
+        of description of the new body into space. The time of the run continues, and `shaking`
+        refers to it.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
               describes parts that already turn with the body when they join or leave it
 
-        The description of the class says how the run goes on. Raises TypeError if nothing is
+        See the description of the class for how the run continues. Raises TypeError if nothing is
         changed. Raises ValueError if the method does not apply to the changed top, as a closed form
         does not apply to a damped top.
         """

@@ -2,9 +2,9 @@
 
 Let m be the angular momentum, and let R turn the body's axes into space. The action of a closed
 loop on the torus is the integral of the one-form <m, dR R^T> along the loop, divided by 2 pi. All
-loops that can be deformed into each other on the torus have the same action, so each loop is one
-along which one angle of the torus makes a turn. The integrand is periodic and analytic. The
-trapezoidal rule therefore converges exponentially.
+loops that can be deformed into each other on the torus have the same action. Along the chosen
+loops, one angle of the torus makes a turn. The integrand is periodic and analytic. The trapezoidal
+rule therefore converges exponentially.
 
 The attitude of a Goryachev-Chaplygin top does not return at the end of such a loop, because its
 heading is not a function of the two angles. The one-form does not depend on the heading if <m, e3>

@@ -66,8 +66,8 @@ def compute_torus_tangents(
     """Compute the tangents at the states of a closed form, by the parameters `names`.
 
     `compute_states` returns the states of the closed form of a scene at some times. Columns of
-    changes that leave the closed form are NaN. Raises ValueError if the neighbours of the scene
-    have no closed forms, or differ too much from it.
+    changes that lead to tops without closed form are NaN. Raises ValueError if the neighbours of
+    the scene have no closed forms, or differ too much from it.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -97,7 +97,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times so late that a double does not resolve the needed neighbours."""
+    """Raise ValueError for times so late that doubles do not resolve the neighbours."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_bound * end > _LATEST:
         raise ValueError(
@@ -184,7 +184,8 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return the tangents at some states, with the best of several steps, and their errors.
 
-    Each state is refined until its two orders agree, or agree less than with the step before.
+    The step is reduced for each state until both orders agree, or until they agree less well than
+    before.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))

@@ -103,7 +103,7 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist due to the friction of the tops."""
+    """Raise ValueError for tangents that do not exist because of friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(

@@ -1,7 +1,7 @@
 """Tables of parts: one row per top, with the units of all columns.
 
 The number of events differs between tops, so events have separate columns with one row per event.
-These columns contain the events of paths, or the states of a section.
+The columns contain the events of paths, or the states of a section.
 """
 
 from __future__ import annotations

@@ -82,8 +82,8 @@ class PartRunner:
     def run_on(self, executor: Executor) -> None:
         """Compute the parts with the workers of an executor.
 
-        Parts that the executor loses are submitted once more. Raises PartsLost if it loses parts
-        again.
+        Parts that the executor loses are submitted a second time. Raises PartsLost if the executor
+        loses parts again.
         """
         for _ in range(2):
             self._submit_all(executor)

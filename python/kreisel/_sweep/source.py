@@ -1,6 +1,6 @@
 """Sources of a sweep: descriptions of tops that are built only when they are needed.
 
-A source needs no memory for its tops. Each top depends only on the source and on its own index.
+A source needs no memory for its tops. Each top is determined by the source and its own index.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ def render_png(figure: FigureLike) -> bytes:
 
 
 def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
-    """Return the figure of the axes that `draw` returns, below its description.
+    """Return HTML of a result: its description, and the figure of the axes from `draw`.
 
     Returns None if matplotlib is not installed. A notebook then displays the repr.
     """
