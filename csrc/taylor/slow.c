@@ -228,7 +228,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     int axes[3];
     *log2_tol = p->log2_tol;
     /* A rotor adds terms to the torque that the slow manifold of this file does not have. */
-    const int is_damped_only = p->series->linear == 1.0;
+    const int is_damped_only = p->series->linear == 1.0 && !(v_largest(motion->rotor) > 0.0);
     if (!is_damped_only || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
     sort_axes_by_damping(motion, axes);
     for (int i = 0; i < 3; i++) {
