@@ -4,6 +4,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from decimal_series import Series, attitude_error
+
 from validation.references import radau
 from validation.references.problems import Problem
 
