@@ -360,9 +360,9 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude.
- * The horizon is the time of a turn by 2^53 rad, at the rate given by the momentum or at the rate
- * of a pendulum, whichever is larger. Later times are refused (KR_ERR_RESOLUTION). The horizon is
- * INFINITY for a top at rest without torque, and 0 if the scene is invalid. */
+ * It is the time of a turn by 2^53 rad, at the rate given by the momentum or at that of a pendulum,
+ * whichever is larger; INFINITY for a top at rest without torque, and 0 if the scene is invalid.
+ * Later times are refused (KR_ERR_RESOLUTION), also earlier ones if damping drives a top back. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method steps along the grid start.t + k * step. A state between two

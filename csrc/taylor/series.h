@@ -12,10 +12,10 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form omits the attitude, whose lanes are zero. Motions with damping, and motions
- * with a rotor, have their own expansions, so that other motions pay nothing for linear terms. */
+/* The headless form omits the attitude, whose lanes are zero. Motions with damping have their own
+ * expansion, so that other motions do not pay for it. */
 typedef enum { WHOLE, HEADLESS } form;
-typedef enum { PLAIN, DAMPED, GYROSTAT } linear_terms;
+typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
@@ -40,6 +40,18 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
+/* Adds the terms of the rotor to the permuted W_0. The products of W_n and W_0 then contain the
+ * rotor's torque on W_n. */
+INLINE void add_rotor(const kr_series *s, turned_vector *first)
+{
+    first->behind = duo_add(first->behind, duo_load(s->shift));
+}
+/* Returns half the product of W_j with itself, which has half of all terms if j = 0. */
+INLINE duo half_square(const kr_series *s, turned_vector w, int j)
+{
+    if (j == 0) add_rotor(s, &w);
+    return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
+}
 /* Adds the products of W_j and x_m to the sums. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
@@ -80,7 +92,7 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     series_sums a = {zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
         add_term(&a, s, of, n / 2, n / 2, what);
-        a.cross = duo_mul(duo_splat(0.5), duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind));
+        a.cross = half_square(s, of[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
@@ -125,13 +137,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
-    if (linear != PLAIN)
+    if (linear == DAMPED)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
-    if (linear == GYROSTAT) {
-        const quad last = quad_load(s->w[n]), share = quad_inverse(n + 1);
-        w = quad_fma(quad_mul(share, quad_load(s->ahead)), quad_next(last), w);
-        w = quad_fma(quad_mul(share, quad_load(s->behind)), quad_prev(last), w);
-    }
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
@@ -195,26 +202,20 @@ INLINE void permute_known_coefficients(kr_series *s, turned_pair *of, int from, 
         set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
         if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
     }
+    add_rotor(s, &of[0].w);
 }
-INLINE void expand_linear_form(kr_series *s, int from, int order, form what, linear_terms linear)
+INLINE void expand_damped_form(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
     permute_known_coefficients(s, of, from, what);
-    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, linear);
+    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, DAMPED);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)
-        expand_linear_form(s, from, order, HEADLESS, DAMPED);
+        expand_damped_form(s, from, order, HEADLESS);
     else
-        expand_linear_form(s, from, order, WHOLE, DAMPED);
-}
-APART void expand_gyrostat(kr_series *s, int from, int order, form what)
-{
-    if (what == HEADLESS)
-        expand_linear_form(s, from, order, HEADLESS, GYROSTAT);
-    else
-        expand_linear_form(s, from, order, WHOLE, GYROSTAT);
+        expand_damped_form(s, from, order, WHOLE);
 }
 #ifndef KR_NO_SUPPORTS
 #  include "support.h"
@@ -225,15 +226,12 @@ INLINE void expand_series(kr_series *s, int from, int order, form what)
     turned_pair of[KR_TAYLOR_MAX + 1];
     if (s->linear != 0.0) {
 #ifndef KR_NO_SUPPORTS
-        if (s->linear > 2.0) {
+        if (s->linear > 1.0) {
             expand_support(s, from, order, what);
             return;
         }
 #endif
-        if (s->linear > 1.0)
-            expand_gyrostat(s, from, order, what);
-        else
-            expand_damped(s, from, order, what);
+        expand_damped(s, from, order, what);
         return;
     }
     permute_known_coefficients(s, of, from, what);

@@ -1,8 +1,9 @@
 /* Strong damping. If damping changes the angular velocity about an axis much faster than all other
  * effects, the torque about this axis determines the angular velocity. The motion has then reached
  * its slow manifold, on which
- *     D W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
- * determines the Taylor coefficients of W about this axis by iteration, each from the next one. All
+ *     D W_n - h x W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
+ * determines the Taylor coefficients of W about this axis by iteration, each from the next one. The
+ * rotor's torque h x W is as linear as damping is, and may exceed it. All
  * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
  * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
  * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
@@ -29,19 +30,40 @@ enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
  * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest
  * rate at which a top falls there. */
 typedef struct slow_axes {
-    int is_slow[3];
+    int is_slow[3], has_rotor;
     double rate, fall;
+    /* The angular velocities about the slow axes, for torques that alone would give one of them the
+     * value 1. A rotor couples the axes. */
+    double gain[3][3];
 } slow_axes;
 
-/* Returns the size of the angular velocity about a slow axis, as determined by the torque about
- * this axis. The product of the velocities about two slow axes is left out, because it is smaller
- * than both. */
-static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
+/* Returns the torque on a slow axis by the rotor, from the angular velocities about other axes that
+ * are not slow. */
+static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const double *w = s->end_w + 1;
+    if (!slow->has_rotor) return 0.0;
+    return s->k[i] * ((slow->is_slow[j] ? 0.0 : s->shift[i] * w[j]) +
+                      (slow->is_slow[k] ? 0.0 : s->shift[i + 4] * w[k]));
+}
+/* Returns the size of the angular velocity about a slow axis, as determined by the torques about
+ * the slow axes. The product of the velocities about two slow axes is left out, because it is
+ * smaller than both. */
+static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
+{
     const double *p = s->end_x + 5, *w = s->end_w + 1;
-    const double turning = slow->is_slow[j] && slow->is_slow[k] ? 0.0 : s->k[i] * w[j] * w[k];
-    return (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning)) / fabs(s->drag[i]);
+    double size = 0.0;
+    for (int a = 0; a < 3; a++) {
+        const int i = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
+        if (!slow->is_slow[a] || slow->gain[axis][a] == 0.0) continue;
+        const double turning = slow->is_slow[j] && slow->is_slow[k] ? 0.0 : s->k[i] * w[j] * w[k];
+        size += fabs(slow->gain[axis][a]) *
+                (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning) +
+                 fabs(rotor_torque(s, slow, a))) /
+                fabs(s->drag[i]);
+    }
+    return size;
 }
 
 /* Returns the least size of an angular velocity that is determined by its torque and is not
@@ -94,6 +116,19 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
+/* Sets how the rotor couples the slow axes. */
+static void set_gain(const kr_motion *motion, slow_axes *slow)
+{
+    double D[3], h[3], ahead[3], behind[3];
+    v_put(D, motion->damping);
+    v_put(h, motion->rotor);
+    slow->has_rotor = v_largest(motion->rotor) > 0.0;
+    for (int i = 0; i < 3; i++) {
+        ahead[i] = h[(i + 2) % 3] / D[i];
+        behind[i] = -h[(i + 1) % 3] / D[i];
+    }
+    plain_invert(ahead, behind, slow->is_slow, slow->gain);
+}
 /* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
  * damping is strong about all these axes. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
@@ -113,6 +148,9 @@ static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, 
             others = fmax(others, D[i] / A[i]);
         slow->fall = fmax(slow->fall, slow->is_slow[i] ? pull / D[i] : sqrt(pull / A[i]));
     }
+    set_gain(motion, slow);
+    /* The rotor turns the velocity about an axis that is not slow. */
+    if (count < 3) others = fmax(others, v_length(motion->rotor) / fmin(A[0], fmin(A[1], A[2])));
     slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : 0.0);
     return D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others;
 }
@@ -178,12 +216,18 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
  * difference of angular velocities below `noise` counts as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
+    const double *p = s->end_x + 5, *w = s->end_w + 1;
+    double alone[3];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double *p = s->end_x + 5, *w = s->end_w + 1;
-        const double follows =
-            -(s->k[i + 1] * w[j] * w[k] + s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) /
-            s->drag[i + 1];
+        alone[i] = -(s->k[i + 1] * w[j] * w[k] + s->up[i + 1] * p[j] + s->down[i + 1] * p[k] +
+                     rotor_torque(s, slow, i)) /
+                   s->drag[i + 1];
+    }
+    for (int i = 0; i < 3; i++) {
+        double follows = 0.0;
+        for (int j = 0; j < 3; j++)
+            if (slow->gain[i][j] != 0.0) follows += slow->gain[i][j] * alone[j];
         if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), noise))
             return 0;
     }
@@ -227,7 +271,6 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     slow_axes slow[3];
     int axes[3];
     *log2_tol = p->log2_tol;
-    /* The slow manifold below does not include the terms that a rotor adds to the torque. */
     const int is_damped_only = p->series->linear == 1.0;
     if (!is_damped_only || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
     sort_axes_by_damping(motion, axes);

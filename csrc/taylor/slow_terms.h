@@ -6,6 +6,8 @@
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
     number k[3], up[3], down[3], drag[3];
+    number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
+    number gain[3][3];          /* as in slow_axes */
 } NAME(terms);
 
 /* Returns the n-th coefficient of the product of rows `a` and `b`. */
@@ -15,13 +17,51 @@ static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
     for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
     return sum;
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
-static number NAME(torque)(const NAME(terms) * s, int axis, int n)
+/* Returns the n-th coefficient of the angular acceleration about an axis, without damping and
+ * without the rotor's terms that couple two slow axes. */
+static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const number weight =
         add(mul(s->up[axis], s->c[ROW_P + j][n]), mul(s->down[axis], s->c[ROW_P + k][n]));
-    return add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
+    number sum = add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
+    if (!slow->has_rotor) return sum;
+    if (!(slow->is_slow[axis] && slow->is_slow[j]))
+        sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
+    if (!(slow->is_slow[axis] && slow->is_slow[k]))
+        sum = add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
+    return sum;
+}
+/* Inverts a matrix with ones on its diagonal, whose row i has `ahead` in column i + 1 and `behind`
+ * in column i + 2, both only if both axes are slow. */
+static void NAME(invert)(const number ahead[3], const number behind[3], const int is_slow[3],
+                         number inverse[3][3])
+{
+    number m[3][3], sum = of(0.0, 0.0);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        m[i][i] = of(1.0, 0.0);
+        m[i][j] = is_slow[i] && is_slow[j] ? ahead[i] : of(0.0, 0.0);
+        m[i][k] = is_slow[i] && is_slow[k] ? behind[i] : of(0.0, 0.0);
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            inverse[j][i] = minus(mul(m[a][c], m[b][d]), mul(m[a][d], m[b][c]));
+        }
+    for (int i = 0; i < 3; i++) sum = add(sum, mul(m[0][i], inverse[i][0]));
+    for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] = over(inverse[i / 3][i % 3], sum);
+}
+/* Recomputes W_n of the slow axes from the torques `follows` over their damping. */
+static void NAME(share_rotor)(NAME(terms) * s, const int is_slow[3], const number follows[3], int n)
+{
+    for (int i = 0; i < 3; i++) {
+        if (!is_slow[i]) continue;
+        s->c[ROW_W + i][n] = of(0.0, 0.0);
+        for (int j = 0; j < 3; j++)
+            if (is_slow[j])
+                s->c[ROW_W + i][n] = add(s->c[ROW_W + i][n], mul(s->gain[i][j], follows[j]));
+    }
 }
 /* Sets coefficient n + 1 of the vertical in the body frame. */
 static void NAME(turn_vertical)(NAME(terms) * s, int n)
@@ -49,22 +89,28 @@ static void NAME(turn_attitude)(NAME(terms) * s, int n)
 }
 /* Makes one iteration: recomputes the coefficients W_n of the slow axes from their equations, and
  * all coefficients that depend on them. Returns the largest change of a W_n with n <= order / 2. */
-static double NAME(improve)(NAME(terms) * s, const int is_slow[3], int order)
+static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
+    const int *is_slow = slow->is_slow;
     double moved = 0.0;
     for (int n = 0; n <= order; n++) {
+        number last[3], follows[3];
         for (int i = 0; i < 3; i++) {
             number *w = s->c[ROW_W + i];
+            last[i] = w[n];
             if (!is_slow[i]) continue;
-            const number last = w[n], next = mul(of(n + 1, 0.0), w[n + 1]);
-            w[n] = over(minus(next, NAME(torque)(s, i, n)), s->drag[i]);
-            if (2 * n <= order) moved = fmax(moved, fabs(high(minus(w[n], last))));
+            const number next = mul(of(n + 1, 0.0), w[n + 1]);
+            follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
+            if (!slow->has_rotor) w[n] = follows[i];
         }
+        if (slow->has_rotor) NAME(share_rotor)(s, is_slow, follows, n);
+        for (int i = 0; i < 3 && 2 * n <= order; i++)
+            moved = fmax(moved, fabs(high(minus(s->c[ROW_W + i][n], last[i]))));
         if (n == order) break;
         for (int i = 0; i < 3; i++)
             if (!is_slow[i])
                 s->c[ROW_W + i][n + 1] =
-                    over(add(NAME(torque)(s, i, n), mul(s->drag[i], s->c[ROW_W + i][n])),
+                    over(add(NAME(torque)(s, slow, i, n), mul(s->drag[i], s->c[ROW_W + i][n])),
                          of(n + 1, 0.0));
         NAME(turn_vertical)(s, n);
     }
@@ -76,13 +122,23 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 }
 /* Reads the constants of a series. The values of the series at the end of the step become
  * coefficients 0. All other coefficients become zero. */
-static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
+static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
+    number ahead[3], behind[3];
     memset(s, 0, sizeof *s);
     NAME(read_vector)(s->k, from[0].k, from[1].k);
     NAME(read_vector)(s->up, from[0].up, from[1].up);
     NAME(read_vector)(s->down, from[0].down, from[1].down);
     NAME(read_vector)(s->drag, from[0].drag, from[1].drag);
+    NAME(read_vector)(s->ahead, from[0].shift, from[1].shift);
+    NAME(read_vector)(s->behind, from[0].shift + 4, from[1].shift + 4);
+    for (int i = 0; i < 3 && slow->has_rotor; i++) {
+        s->ahead[i] = mul(s->k[i], s->ahead[i]);
+        s->behind[i] = mul(s->k[i], s->behind[i]);
+        ahead[i] = slow->is_slow[i] ? over(s->ahead[i], s->drag[i]) : s->ahead[i];
+        behind[i] = slow->is_slow[i] ? over(s->behind[i], s->drag[i]) : s->behind[i];
+    }
+    if (slow->has_rotor) NAME(invert)(ahead, behind, slow->is_slow, s->gain);
     for (int i = 0; i < 4; i++) s->c[ROW_Q + i][0] = of(from[0].end_x[i], from[1].end_x[i]);
     for (int i = 0; i < 3; i++) {
         s->c[ROW_P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
@@ -129,11 +185,11 @@ static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, d
 {
     NAME(terms) s;
     double moved = INFINITY, size = 0.0;
-    NAME(begin)(&s, series);
+    NAME(begin)(&s, slow, series);
     for (int i = 0; i < 3; i++)
         if (slow->is_slow[i]) size = fmax(size, slow_size(series, slow, i));
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
-        moved = NAME(improve)(&s, slow->is_slow, order);
+        moved = NAME(improve)(&s, slow, order);
     if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, n);
     NAME(write)(&s, order, series);

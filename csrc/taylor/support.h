@@ -40,24 +40,6 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
     if (turns) a->turned = duo_fma(of[j].u.ahead, of[m].o.behind, a->turned);
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
-#if defined KR_LONG_FUNCTIONS
-/* Returns the sums of the products of coefficients j and m over j + m = n. In double-double the
- * code of a term is long, so the loop is not unrolled. */
-INLINE support_sums support_products(const kr_series *s, const kr_series *own,
-                                     const turned_support *of, int n, form what, int turns,
-                                     int shakes)
-{
-    const duo zero = duo_splat(0.0);
-    const series_sums none = {zero, zero, zero, zero, zero};
-    support_sums a = {none, zero, zero};
-    for (int j = 0; j <= n; j++) {
-        add_support_term(&a, s, own, of, j, n - j, what, turns, shakes);
-        a.plain.cross = duo_fma(of[j].w.ahead, of[n - j].w.behind, a.plain.cross);
-    }
-    a.plain.cross = duo_mul(duo_splat(0.5), a.plain.cross); /* both halves are the whole sum */
-    return a;
-}
-#else
 /* Adds the terms (j, m) to `a` and (m, j) to `b`. */
 INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *s,
                              const kr_series *own, const turned_support *of, int j, int m,
@@ -77,9 +59,8 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     const series_sums none = {zero, zero, zero, zero, zero};
     support_sums a = {none, zero, zero}, b = a;
     if (n % 2 == 0) {
-        const duo square = duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind);
         add_support_term(&a, s, own, of, n / 2, n / 2, what, turns, shakes);
-        a.plain.cross = duo_mul(duo_splat(0.5), square);
+        a.plain.cross = half_square(s, of[n / 2].w, n / 2);
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
@@ -92,7 +73,6 @@ INLINE support_sums support_products(const kr_series *s, const kr_series *own,
     if (n > 0) add_support_pair(&a, &a, s, own, of, n, 0, what, turns, shakes);
     return a;
 }
-#endif
 /* Returns coefficient n + 1 of O. */
 INLINE quad turning_rates(duo turned, int n)
 {
@@ -121,13 +101,10 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Adds the terms of damping, rotor and friction to coefficient n + 1 of W. */
+/* Adds the terms of damping and friction to coefficient n + 1 of W. */
 INLINE quad add_torques(const kr_series *s, const kr_series *own, int n, quad w)
 {
-    const quad last = quad_load(s->w[n]), share = quad_inverse(n + 1);
-    w = quad_fma(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n]), w);
-    w = quad_fma(quad_mul(share, quad_load(s->ahead)), quad_next(last), w);
-    w = quad_fma(quad_mul(share, quad_load(s->behind)), quad_prev(last), w);
+    w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(own->w[n]), w);
     return n == 0 ? quad_add(w, quad_load(s->rub)) : w;
 }
 /* Stores coefficient n of W, O and U. Also stores the spin, unless it `is_known`. */
@@ -149,10 +126,27 @@ INLINE void next_sway(const kr_series *s, kr_series *own, int n)
     duo_store(own->end_x, duo_mul(rate, duo_load(own->x[n])));
     duo_store(own->x[n + 1], duo_mul(duo_splat(-1.0), sine));
 }
-/* Sets the coefficients n + 1 of all series. The coefficients of (q | P) and W up to `from` are
- * known. */
+/* Permutes coefficient n of P, which the headless form needs. */
+INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
+{
+    const quad vertical = quad_load(s->x[n] + 4);
+    of[n].p.ahead = duo_next_prev(vertical);
+    of[n].p.behind = duo_prev_next(vertical);
+}
+/* Sets the coefficients n + 1 of the support. Those of (q | P) and W are known. */
+INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
+                                   form what, int turns, int shakes)
+{
+    duo turned = duo_splat(0.0);
+    if (turns)
+        for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u.ahead, of[n - j].o.behind, turned);
+    if (shakes) next_sway(s, own, n);
+    if (what == HEADLESS) turn_vertical(s, of, n + 1);
+    set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1), 1);
+}
+/* Sets the coefficients n + 1 of all series. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
-                                     int from, form what, int turns, int shakes)
+                                     form what, int turns, int shakes)
 {
     const support_sums a = support_products(s, own, of, n, what, turns, shakes);
     const quad o = turns ? turning_rates(a.turned, n + 1) : quad_splat(0.0);
@@ -161,23 +155,16 @@ INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_suppor
         p = quad_fma(duo_lo(duo_lane(s->sway, 3)), p, duo_hi(a.pulled));
         next_sway(s, own, n);
     }
-    quad w =
-        n < from ? quad_load(s->w[n + 1]) : velocity_rates(&a.plain, s, p, quad_inverse(n + 1));
-    if (n >= from) {
-        w = add_torques(s, own, n, w);
-        if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
-        if (what == HEADLESS)
-            quad_store(s->x[n + 1] + 4, vertical_rates(&a.plain, n + 1));
-        else
-            duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
-    }
+    quad w = add_torques(s, own, n, velocity_rates(&a.plain, s, p, quad_inverse(n + 1)));
+    if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
     if (what == HEADLESS) {
-        const quad vertical = quad_load(s->x[n + 1] + 4);
-        of[n + 1].p.ahead = duo_next_prev(vertical);
-        of[n + 1].p.behind = duo_prev_next(vertical);
-    }
-    set_velocities(s, own, of, n + 1, w, o, n < from);
+        quad_store(s->x[n + 1] + 4, vertical_rates(&a.plain, n + 1));
+        turn_vertical(s, of, n + 1);
+    } else
+        duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
+    set_velocities(s, own, of, n + 1, w, o, 0);
 }
+/* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
 {
     support_series series;
@@ -185,14 +172,11 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     turned_support of[KR_TAYLOR_MAX + 1];
     duo_store(own->x[0], duo_lane(s->sway, 0));
     duo_store(own->end_x, duo_lane(s->sway, 1));
-    if (what == HEADLESS) {
-        const quad vertical = quad_load(s->x[0] + 4);
-        of[0].p.ahead = duo_next_prev(vertical);
-        of[0].p.behind = duo_prev_next(vertical);
-    }
+    if (what == HEADLESS) turn_vertical(s, of, 0);
     set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), from > 0);
-    for (int n = 0; n < order; n++)
-        next_support_coefficient(s, own, of, n, from, what, turns, shakes);
+    for (int n = 0; n < from; n++) next_known_coefficient(s, own, of, n, what, turns, shakes);
+    add_rotor(s, &of[0].w);
+    for (int n = from; n < order; n++) next_support_coefficient(s, own, of, n, what, turns, shakes);
 }
 #if defined KR_LONG_FUNCTIONS
 APART void expand_moving(kr_series *s, int from, int order)

@@ -203,7 +203,8 @@ static kr_vec3 free_acceleration(const kr_series *s)
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const double w[3] = {W.x, W.y, W.z}, p[3] = {P.x, P.y, P.z}, u[3] = {U.x, U.y, U.z};
         sum[i] = s->k[i + 1] * w[j] * w[k] + G * (s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) +
-                 s->drag[i + 1] * u[i] + s->ahead[i + 1] * w[j] + s->behind[i + 1] * w[k];
+                 s->drag[i + 1] * u[i] +
+                 s->k[i + 1] * (s->shift[i + 1] * w[j] + s->shift[i + 5] * w[k]);
     }
     return v_of(sum);
 }

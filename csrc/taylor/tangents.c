@@ -324,7 +324,7 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
         part[word].t = part[word].end = part[word].at;
     }
-    if (KR_HAS_SUPPORTS && part->linear > 2.0)
+    if (KR_HAS_SUPPORTS && part->linear > 1.0)
         kr_support_place(part, motion, series_work(motion)->rate);
     kernel->advance(part, series_work(motion)->log2_tol, 1.0);
     for (size_t i = 0; i < count_structs(memory, n) * words; i++) {

@@ -12,6 +12,9 @@
 
 typedef kr_taylor taylor_work;
 
+/* A factor that is negligible even with 30 digits. */
+#define LEAST_FACTOR 0x1p-120
+
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
@@ -96,15 +99,32 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets the terms of the rotor, with h in the series' unit of time. */
+/* Sets a term of the rotor, the torque `h` over the factor `k` of the products. */
+static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
+{
+    const dd shift = h == 0.0 ? dd_make(-0.0, -0.0) : dd_div(dd_div(dd_of(h), dd_of(A)), k);
+    s[0].shift[lane] = shift.hi;
+    s[1].shift[lane] = shift.lo;
+}
+/* Sets the terms of the rotor, with h in the series' unit of time. If two moments are equal, there
+ * is no product of their angular velocities. A factor LEAST_FACTOR adds one that is below the last
+ * digit, so that the rotor can change it. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const kr_vec3 A = motion->inertia, h = v_scale(1.0 / rate, motion->rotor);
-    const vec_dd ahead = {dd_of(-h.z), dd_of(-h.x), dd_of(-h.y)},
-                 behind = {dd_of(h.y), dd_of(h.z), dd_of(h.x)};
-    set_vector_words(s[0].ahead, s[1].ahead, divide_by_axes(ahead, A));
-    set_vector_words(s[0].behind, s[1].behind, divide_by_axes(behind, A));
-    if (v_largest(h) > 0.0) s[0].linear = 2.0;
+    double A[3], h[3];
+    v_put(A, motion->inertia);
+    v_put(h, v_scale(1.0 / rate, motion->rotor));
+    for (int lane = 0; lane < 8; lane++) s[0].shift[lane] = s[1].shift[lane] = -0.0;
+    for (int i = 0; i < 3; i++) {
+        const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
+        dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
+        if (ahead == 0.0 && behind == 0.0) continue;
+        if (!(fabs(k.hi) >= LEAST_FACTOR)) k = dd_of(copysign(LEAST_FACTOR, k.hi));
+        s[0].k[i + 1] = k.hi;
+        s[1].k[i + 1] = k.lo;
+        set_shift(s, i + 1, ahead, A[i], k);
+        set_shift(s, i + 5, behind, A[i], k);
+    }
 }
 /* Sets the constants of the series, with c, D and h in the series' unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
@@ -123,7 +143,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
     s[0].linear = v_largest(drag) > 0.0 ? 1.0 : 0.0;
     set_rotor(s, motion, rate);
-    if (moves) s[0].linear = 3.0;
+    if (moves) s[0].linear = 2.0;
     const double rates =
         v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -210,7 +230,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
     high->t = p->rate * motion->clock;
     low->t = low->end = 0.0;
     reset_to_begin(p->series);
-    if (!KR_HAS_SUPPORTS || !(high->linear > 2.0)) return;
+    if (!KR_HAS_SUPPORTS || !(high->linear > 1.0)) return;
     p->held_rate = rate_for(motion, vdd_high(W), 1);
     if (p->held_rate > p->first_rate * 0x1p-10) p->held_rate = p->first_rate;
     kr_support_start(motion);
@@ -234,7 +254,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     (void)until;
     /* No step in doubles can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (KR_HAS_SUPPORTS && s->linear > 2.0) {
+    if (KR_HAS_SUPPORTS && s->linear > 1.0) {
         const kr_status status = kr_support_step(motion, kernel_of_motion(motion));
         if (status != KR_OK) return status;
     } else if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
@@ -312,7 +332,7 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
     piece.product = isa ? isa->product : kr_product_base;
-    if (KR_HAS_SUPPORTS && s->linear > 2.0) {
+    if (KR_HAS_SUPPORTS && s->linear > 1.0) {
         piece.is_disturbed = 1;
         piece.held = s->holds != 0.0 ? p->before_hold : 0.0;
         kr_support_slopes(motion, piece.slope_x, piece.slope_w);

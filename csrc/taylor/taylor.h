@@ -7,8 +7,11 @@
  * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
- *                     +  drag * W_n  +  ahead * next(W_n)  +  behind * prev(W_n)
+ *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
+ * A rotor adds h x W_n, which consists of products of components, too. The product of next(W_n) and
+ * prev(W_0) contains it if a constant is added to prev(W_0), likewise that of prev(W_n) and
+ * next(W_0). A rotor therefore costs nothing.
  * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
  * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H
@@ -44,9 +47,11 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    double ahead[4], behind[4];  /* -hz / Ax, hy / Ax; and cyclic permutations */
+    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and
+     * hy / (Ay - Az); and cyclic permutations. Without a rotor they are -0, for x + -0 is x. */
+    double shift[8];
     double t, end, at;
-    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag, ahead and behind; 3 support.h */
+    double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of support.h */
     double fall;   /* shortest time in which a fall can grow by a factor e */
     /* Terms of support.h at the start of the step. `turn` is O. `sway` has the varying part of G,
      * its sine, its rate, and the constant part of G. `rub` is the angular acceleration due to

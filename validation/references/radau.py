@@ -1,8 +1,9 @@
 """A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
 
-The angular velocity w in the body frame and the damping D are taken along the principal axes:
+The angular velocity w in the body frame, the damping D and the momentum h of rotors are taken along
+the principal axes:
 
-    J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
+    J w' = (J w + h) x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
 The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
 section IV.5). It damps the fast modes at any step size, so the steps follow the slow motion.
@@ -66,17 +67,20 @@ def real(x):
 class TopEquations:
     """The seven differential equations for q and w of a top in its principal axes."""
 
-    def __init__(self, problem):
+    def __init__(self, problem, rotor=(0.0, 0.0, 0.0)):
+        self.rotor = np.array(rotor, Real)
         self.inertia = np.array(problem.inertia, Real)
         self.lever = np.array(problem.lever, Real)
         self.damping = np.array(problem.damping, Real)
         self.start = np.array([real(x) for x in start_state(problem)])
+        self.start[4:] -= self.rotor / self.inertia
 
     def rates(self, states):
         """Return the derivatives of `states`, an array (n, 7)."""
         q, w = states[:, :4], states[:, 4:]
         up = vertical_of(q)
-        torque = np.cross(self.inertia * w, w) + np.cross(up, self.lever) - self.damping * w
+        own = self.inertia * w + self.rotor
+        torque = np.cross(own, w) + np.cross(up, self.lever) - self.damping * w
         turn = np.empty_like(q)
         turn[:, 0] = -(q[:, 1:] * w).sum(1)
         turn[:, 1:] = q[:, :1] * w + np.cross(q[:, 1:], w)
@@ -97,7 +101,7 @@ class TopEquations:
         found[:, 1:4, 1:4] = -cross_matrix(w) / 2
         found[:, 0, 4:] = -q[:, 1:] / 2
         found[:, 1:4, 4:] = (q[:, :1, None] * np.eye(3) + cross_matrix(q[:, 1:])) / 2
-        push = cross_matrix(inertia * w) - cross_matrix(w) * inertia
+        push = cross_matrix(inertia * w + self.rotor.astype(float)) - cross_matrix(w) * inertia
         found[:, 4:, 4:] = (push - np.diag(self.damping.astype(float))) / inertia[:, None]
         return found
 
@@ -144,13 +148,13 @@ def first_step(top):
     return Real(0.1) / max(rate, fall)
 
 
-def integrate(problem, times, tol=TOL):
+def integrate(problem, times, tol=TOL, rotor=(0.0, 0.0, 0.0)):
     """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
 
-    `tol` bounds the neglected terms of each step, relative to the state. Raises ArithmeticError if
-    the steps become too small.
+    `tol` bounds the neglected terms of each step, relative to the state. `rotor` is the momentum of
+    rotors in principal axes. Raises ArithmeticError if the steps become too small.
     """
-    top, (_, last) = TopEquations(problem), radau_table()
+    top, (_, last) = TopEquations(problem, rotor), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
     for end in map(Real, times):
         while t < end:
@@ -166,7 +170,7 @@ def integrate(problem, times, tol=TOL):
             growth = 0.8 * (tol / max(error, 1e-30)) ** (1 / STAGES)
             step = max(step, h * min(GROWTH, growth)) if h < step else h * min(GROWTH, growth)
         q = state[:4] / np.sqrt((state[:4] ** 2).sum())
-        found.append(np.concatenate([q, state[4:] * top.inertia]))
+        found.append(np.concatenate([q, state[4:] * top.inertia + top.rotor]))
     return np.array(found)[:, :4], np.array(found)[:, 4:]
 
 
