@@ -183,37 +183,48 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of an arc's integrands. Each is given by cos x at that point. */
+/* The branch points of an arc's integrands. Each is given by cos x at that point. The digits that a
+ * double-double has near 1 and -1 are needed if branch points are close to an end of the arc. */
 typedef struct singularities {
     int count;
-    cx cosine[ROOTS + 1 + FOLDS];
+    cdd cosine[ROOTS + 1 + FOLDS];
 } singularities;
 
 /* Returns the hyperbolic sine of the distance of x from the real axis, given cos x. */
-static double height_of(cx c)
+static dd height_of(cdd c)
 {
-    const cx one = cx_of(1.0, 0.0);
-    const double mean = 0.5 * (cx_abs(cx_add(c, one)) + cx_abs(cx_sub(c, one)));
-    return sqrt(fmax(mean * mean - 1.0, 0.0));
+    const cdd one = cdd_real(dd_of(1.0));
+    const dd mean =
+        dd_half(dd_add(dd_sqrt(cdd_square(cdd_add(c, one))), dd_sqrt(cdd_square(cdd_sub(c, one)))));
+    return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
-static double least_height(const singularities *v)
+static cdd sine_of(cdd c)
 {
-    double least = INFINITY;
-    for (int i = 0; i < v->count; i++) least = fmin(least, height_of(v->cosine[i]));
-    return least;
+    const cdd one = cdd_real(dd_of(1.0));
+    return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
-static cx sine_of(cx c) { return cx_sqrt(cx_sub(cx_of(1.0, 0.0), cx_mul(c, c))); }
-
+/* Returns the index of the singularity nearest to the real axis, and writes its height. */
+static int nearest_singularity(const singularities *v, dd *height)
+{
+    int best = 0;
+    *height = dd_of(INFINITY);
+    for (int i = 0; i < v->count; i++) {
+        const dd here = height_of(v->cosine[i]);
+        if (here.hi < height->hi) *height = here, best = i;
+    }
+    return best;
+}
 static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     singularities v = {0};
     for (int i = 0; i < ROOTS + 1; i++) {
         const int end = i < ROOTS && (i == arc->low || i == arc->high);
         if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == NO_ROOT)) continue;
-        const double im = o->pair && i == 1 ? o->root[2].hi : 0.0;
-        const cx a = i == ROOTS ? cx_of(arc->C.hi, 0.0) : cx_of(arc->a[i].hi, -im * arc->C.hi),
-                 b = i == ROOTS ? cx_of(arc->E.hi, 0.0) : cx_of(arc->b[i].hi, -im * arc->E.hi);
-        v.cosine[v.count++] = cx_div(cx_add(a, b), cx_sub(a, b));
+        const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
+        const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
+                  b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
+                  apart = cdd_sub(a, b);
+        if (cdd_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
     }
     return v;
 }
@@ -221,18 +232,19 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
  * sine if `crosswise` is nonzero, and v that of the new variable. Then m u v^2 - (1 + m) v + u = 0.
  * A point u where both solutions v coincide is no longer singular. The point v = 1/m becomes
  * singular. */
-static singularities move_singularities(const singularities *from, double m, int crosswise)
+static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
+    const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
     singularities to = {0};
     for (int i = 0; i < from->count; i++) {
-        const cx u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
-        const cx plus = cx_of(1.0 + m, 0.0),
-                 square = cx_sub(cx_mul(plus, plus), cx_scale(4.0 * m, cx_mul(u, u)));
-        if (cx_abs(square) < 1e-3 * (1.0 + m) * (1.0 + m)) continue;
-        const cx v = cx_div(cx_scale(2.0, u), cx_add(plus, cx_sqrt(square)));
+        const cdd u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
+        const cdd square =
+            cdd_sub(cdd_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
+        if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
+        const cdd v = cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_real(plus), cdd_sqrt(square)));
         to.cosine[to.count++] = crosswise ? sine_of(v) : v;
     }
-    const cx last = cx_of(1.0 / m, 0.0);
+    const cdd last = cdd_real(dd_div(dd_of(1.0), m));
     to.cosine[to.count++] = crosswise ? sine_of(last) : last;
     return to;
 }
@@ -243,33 +255,28 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Returns the index of the singularity nearest to the real axis. */
-static int nearest_singularity(const singularities *v)
-{
-    int best = 0;
-    for (int i = 1; i < v->count; i++)
-        if (height_of(v->cosine[i]) < height_of(v->cosine[best])) best = i;
-    return best;
-}
 /* Chooses the transformations of an arc. Each removes the singularity that is then nearest to
  * the real axis, and about halves the distances of the others. Returns the height of the nearest
  * singularity after all transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
-    double best = least_height(&now);
-    int folds = 0;
+    dd height;
+    int nearest = nearest_singularity(&now, &height), folds = 0;
+    double best = height.hi;
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
-        const cx cosine = now.cosine[nearest_singularity(&now)], sine = sine_of(cosine);
+        const cx cosine = cdd_high(now.cosine[nearest]),
+                 sine = cdd_high(sine_of(now.cosine[nearest]));
         const int crosswise = fabs(cosine.re) < fabs(cosine.im);
         const cx u = crosswise ? sine : cosine;
-        if (fabs(u.im) > 1e-6 * fabs(u.re) || !(height_of(cosine) > 1e-12)) break;
-        const dd m = modulus_for(dd_of(height_of(cosine)));
-        now = move_singularities(&now, m.hi, crosswise);
+        if (fabs(u.im) > 1e-6 * fabs(u.re) || !(height.hi > 1e-12)) break;
+        const dd m = modulus_for(height);
+        now = move_singularities(&now, m, crosswise);
+        nearest = nearest_singularity(&now, &height);
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
-        if (least_height(&now) > 1.2 * best) {
-            best = least_height(&now);
+        if (height.hi > 1.2 * best) {
+            best = height.hi;
             folds = arc->folds;
         }
     }

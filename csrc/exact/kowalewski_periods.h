@@ -42,13 +42,15 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     return cx_of(re.hi, im);
 }
 /* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
- * by this nearest point, has a positive real part. */
+ * by this nearest point, has a positive real part. The nearer end is the origin of the result,
+ * because the other one may be larger by more than the range of 53 bits. */
 static cx nearest_on_segment(cx a, cx b)
 {
-    const cx way = cx_sub(b, a);
+    const int swap = cx_square(b) < cx_square(a);
+    const cx from = swap ? b : a, way = cx_sub(swap ? a : b, from);
     const double size = cx_square(way),
-                 at = size > 0.0 ? -(a.re * way.re + a.im * way.im) / size : 0.0;
-    return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
+                 at = size > 0.0 ? -(from.re * way.re + from.im * way.im) / size : 0.0;
+    return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
 /* Computes the reference points for the signs of the square roots along a path, from its start to
  * sin^2(x/2) = `end`. Branch points on the rest of the path do not matter. */
