@@ -129,6 +129,23 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
+/* Returns root i minus root j, for complex roots the difference of real parts. A root e of phi and a =
+ * k or -k may be close to each other. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+ *     (a - e)(a + e)(e + h) = e + h - l^2/2.
+ * This is used where fewer digits cancel. */
+static dd root_apart(const kowalewski_curve *o, int i, int j)
+{
+    const dd difference = dd_sub(o->root[i], o->root[j]), e = o->root[i < j ? i : j],
+             sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
+             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
+    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi);
+    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && (i < j ? i : j) != 0) ||
+        !(fabs(difference.hi) < 0.1 * fabs(sum.hi)) ||
+        !(fmin(fabs(up.hi), fabs(other.hi)) * fabs(e.hi) > size * fabs(difference.hi)))
+        return difference;
+    const dd apart = dd_div(up, dd_mul(sum, other));
+    return i < j ? dd_neg(apart) : apart;
+}
 /* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
@@ -168,9 +185,8 @@ static void separate(const kowalewski_curve *o, const dd y[6], dd gap[2])
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     for (int i = 0; i < ROOTS; i++) {
-        const dd r = o->root[i];
-        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, dd_sub(o->root[arc->low], r));
-        arc->b[i] = dd_sub(o->root[arc->high], r);
+        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, root_apart(o, arc->low, i));
+        arc->b[i] = root_apart(o, arc->high, i);
     }
 }
 /* Sets the coefficients of an arc for a given scale. */
@@ -308,14 +324,16 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
-    const dd low = real_root(o, top - 1), high = real_root(o, top), below = real_root(o, top - 2),
-             least = real_root(o, 0), above = real_root(o, 1);
-    arc[0].low = o->order[top - 1];
-    arc[0].high = o->order[top];
+    const int high = o->order[top], low = o->order[top - 1], below = o->order[top - 2],
+              least = o->order[0], above = o->order[1];
+    arc[0].low = low;
+    arc[0].high = high;
     arc[1].low = NO_ROOT;
-    arc[1].high = o->order[0];
-    choose_scale(o, &arc[0], dd_sqrt(dd_div(dd_sub(high, below), dd_sub(low, below))));
-    choose_scale(o, &arc[1], dd_sqrt(dd_mul(dd_sub(above, least), dd_sub(high, least))));
+    arc[1].high = least;
+    choose_scale(o, &arc[0],
+                 dd_sqrt(dd_div(root_apart(o, high, below), root_apart(o, low, below))));
+    choose_scale(o, &arc[1],
+                 dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
 /* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
  * exchanges values instead of pointers. gcc 12.2 at -O1 reads the wrong variable through a pointer

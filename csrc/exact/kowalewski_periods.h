@@ -30,16 +30,10 @@ static cx root_of(const kowalewski_curve *o, int i)
 /* Returns root i minus root j to full precision. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
-    const int real = !o->pair || ((i == 0 || i >= ROOT_K) && (j == 0 || j >= ROOT_K));
-    if (real)
-        return cx_of(dd_sub(o->root[i].hi == 0.0 && o->root[i].lo == 0.0 ? dd_of(0.0) : o->root[i],
-                            o->root[j])
-                         .hi,
-                     0.0);
     const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
-    const dd re = dd_sub(o->root[pi ? 1 : i], o->root[pj ? 1 : j]);
+    const dd re = root_apart(o, pi ? 1 : i, pj ? 1 : j);
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
-    return cx_of(re.hi, im);
+    return cx_of(re.hi + 0.0, im); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
  * by this nearest point, has a positive real part. The nearer end is the origin of the result,
