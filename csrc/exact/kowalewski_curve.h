@@ -22,7 +22,7 @@ enum { GRID = 512 /* largest number of intervals from x = 0 to pi */ };
 
 /* Indices of the roots: 0, 1 and 2 are the roots of phi, followed by k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
-enum { FOLDS = 8 };
+enum { FOLDS = 12 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
@@ -219,16 +219,30 @@ static cdd sine_of(cdd c)
     const cdd one = cdd_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
-/* Returns the index of the singularity nearest to the real axis, and writes its height. */
-static int nearest_singularity(const singularities *v, dd *height)
+/* Returns 1 if x is on the line Re x = pi/2, and 0 if it is on Re x = 0 or pi, given cos x. Returns
+ * -1 if it is elsewhere. */
+static int line_of(cdd c)
 {
-    int best = 0;
+    const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
+    const int crosswise = fabs(cosine.re) < fabs(cosine.im);
+    const cx u = crosswise ? sine : cosine;
+    return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
+}
+/* Returns the least height of all singularities. Finds the lowest one that a transformation can
+ * remove, writes its height, and writes 1 if it is on the line Re x = pi/2, or -1 if there is
+ * none. */
+static double find_nearest(const singularities *v, dd *height, int *crosswise)
+{
+    double least = INFINITY;
     *height = dd_of(INFINITY);
+    *crosswise = -1;
     for (int i = 0; i < v->count; i++) {
         const dd here = height_of(v->cosine[i]);
-        if (here.hi < height->hi) *height = here, best = i;
+        const int line = line_of(v->cosine[i]);
+        least = fmin(least, here.hi);
+        if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
     }
-    return best;
+    return least;
 }
 static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
@@ -271,28 +285,24 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Chooses the transformations of an arc. Each removes the singularity that is then nearest to
- * the real axis, and about halves the distances of the others. Returns the height of the nearest
- * singularity after all transformations. */
+/* Chooses the transformations of an arc. Each removes a singularity near the real axis, and about
+ * halves the distances of the others. Returns the height of the nearest singularity after all
+ * transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
     dd height;
-    int nearest = nearest_singularity(&now, &height), folds = 0;
-    double best = height.hi;
+    int crosswise, folds = 0;
+    double best = find_nearest(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
-        const cx cosine = cdd_high(now.cosine[nearest]),
-                 sine = cdd_high(sine_of(now.cosine[nearest]));
-        const int crosswise = fabs(cosine.re) < fabs(cosine.im);
-        const cx u = crosswise ? sine : cosine;
-        if (fabs(u.im) > 1e-6 * fabs(u.re) || !(height.hi > 1e-12)) break;
+        if (crosswise < 0 || !(height.hi > 1e-12)) break;
         const dd m = modulus_for(height);
-        now = move_singularities(&now, m, crosswise);
-        nearest = nearest_singularity(&now, &height);
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
-        if (height.hi > 1.2 * best) {
-            best = height.hi;
+        now = move_singularities(&now, m, crosswise);
+        const double least = find_nearest(&now, &height, &crosswise);
+        if (least > 1.2 * best) {
+            best = least;
             folds = arc->folds;
         }
     }
