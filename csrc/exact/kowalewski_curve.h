@@ -17,7 +17,7 @@
 #include "complex.h"
 #include "kowalewski.h"
 #include "phase.h"
-enum { GRID = 512 /* largest number of intervals from x = 0 to pi */ };
+enum { GRID = 1024 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
 /* Indices of the roots: 0, 1 and 2 are the roots of phi, followed by k and -k. */
