@@ -23,9 +23,9 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
              other = dd_add(o->root[i], o->h);
-    if (i >= ROOT_K || !(fabs(difference.hi) < 0.1 * fabs(sum.hi)) ||
-        !(fabs(other.hi) > 1e-3 * fabs(difference.hi)))
-        return difference;
+    if (!(fabs(difference.hi) < 0.1 * fabs(sum.hi))) return difference;
+    if (i >= ROOT_K) return dd_div(dd_of(1.0), sum);
+    if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
 /* Sets the poles that matter for an arc. Returns their number. */
@@ -38,7 +38,7 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
         const dd w = i ? dd_neg(w0) : w0, rest = root_less_pole(o, end, w);
         heading_pole *p = &pole[count];
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
-        p->b = infinite ? rest : dd_sub(arc->B, w);
+        p->b = infinite ? rest : root_less_pole(o, arc->high, w);
         const double side =
             infinite ? -1.0 : 1.0; /* sign of arc - pole, if the pole is in the next gap */
         const int adjacent = side * rest.hi >= 0.0 && side * dd_sub(w, next).hi >= 0.0;

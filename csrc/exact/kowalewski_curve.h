@@ -17,12 +17,12 @@
 #include "complex.h"
 #include "kowalewski.h"
 #include "phase.h"
-enum { GRID = 512 /* largest number of intervals from x = 0 to pi */ };
+enum { GRID = 1024 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
 /* Indices of the roots: 0, 1 and 2 are the roots of phi, followed by k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
-enum { FOLDS = 8 };
+enum { FOLDS = 12 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
@@ -129,6 +129,23 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
+/* Returns root i minus root j, for complex roots the difference of real parts. A root e of phi and a =
+ * k or -k may be close to each other. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+ *     (a - e)(a + e)(e + h) = e + h - l^2/2.
+ * This is used where fewer digits cancel. */
+static dd root_apart(const kowalewski_curve *o, int i, int j)
+{
+    const dd difference = dd_sub(o->root[i], o->root[j]), e = o->root[i < j ? i : j],
+             sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
+             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
+    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi);
+    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && (i < j ? i : j) != 0) ||
+        !(fabs(difference.hi) < 0.1 * fabs(sum.hi)) ||
+        !(fmin(fabs(up.hi), fabs(other.hi)) * fabs(e.hi) > size * fabs(difference.hi)))
+        return difference;
+    const dd apart = dd_div(up, dd_mul(sum, other));
+    return i < j ? dd_neg(apart) : apart;
+}
 /* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
@@ -168,9 +185,8 @@ static void separate(const kowalewski_curve *o, const dd y[6], dd gap[2])
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     for (int i = 0; i < ROOTS; i++) {
-        const dd r = o->root[i];
-        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, dd_sub(o->root[arc->low], r));
-        arc->b[i] = dd_sub(o->root[arc->high], r);
+        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, root_apart(o, arc->low, i));
+        arc->b[i] = root_apart(o, arc->high, i);
     }
 }
 /* Sets the coefficients of an arc for a given scale. */
@@ -183,37 +199,62 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of an arc's integrands. Each is given by cos x at that point. */
+/* The branch points of an arc's integrands. Each is given by cos x at that point. The digits that a
+ * double-double has near 1 and -1 are needed if branch points are close to an end of the arc. */
 typedef struct singularities {
     int count;
-    cx cosine[ROOTS + 1 + FOLDS];
+    cdd cosine[ROOTS + 1 + FOLDS];
 } singularities;
 
 /* Returns the hyperbolic sine of the distance of x from the real axis, given cos x. */
-static double height_of(cx c)
+static dd height_of(cdd c)
 {
-    const cx one = cx_of(1.0, 0.0);
-    const double mean = 0.5 * (cx_abs(cx_add(c, one)) + cx_abs(cx_sub(c, one)));
-    return sqrt(fmax(mean * mean - 1.0, 0.0));
+    const cdd one = cdd_real(dd_of(1.0));
+    const dd mean =
+        dd_half(dd_add(dd_sqrt(cdd_square(cdd_add(c, one))), dd_sqrt(cdd_square(cdd_sub(c, one)))));
+    return dd_sqrt(dd_max(dd_sub(dd_square(mean), dd_of(1.0)), dd_of(0.0)));
 }
-static double least_height(const singularities *v)
+static cdd sine_of(cdd c)
+{
+    const cdd one = cdd_real(dd_of(1.0));
+    return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
+}
+/* Returns 1 if x is on the line Re x = pi/2, and 0 if it is on Re x = 0 or pi, given cos x. Returns
+ * -1 if it is elsewhere. */
+static int line_of(cdd c)
+{
+    const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);
+    const int crosswise = fabs(cosine.re) < fabs(cosine.im);
+    const cx u = crosswise ? sine : cosine;
+    return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
+}
+/* Returns the least height of all singularities. Finds the lowest one that a transformation can
+ * remove, writes its height, and writes 1 if it is on the line Re x = pi/2, or -1 if there is
+ * none. */
+static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
-    for (int i = 0; i < v->count; i++) least = fmin(least, height_of(v->cosine[i]));
+    *height = dd_of(INFINITY);
+    *crosswise = -1;
+    for (int i = 0; i < v->count; i++) {
+        const dd here = height_of(v->cosine[i]);
+        const int line = line_of(v->cosine[i]);
+        least = fmin(least, here.hi);
+        if (line >= 0 && here.hi < height->hi) *height = here, *crosswise = line;
+    }
     return least;
 }
-static cx sine_of(cx c) { return cx_sqrt(cx_sub(cx_of(1.0, 0.0), cx_mul(c, c))); }
-
 static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     singularities v = {0};
     for (int i = 0; i < ROOTS + 1; i++) {
         const int end = i < ROOTS && (i == arc->low || i == arc->high);
         if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == NO_ROOT)) continue;
-        const double im = o->pair && i == 1 ? o->root[2].hi : 0.0;
-        const cx a = i == ROOTS ? cx_of(arc->C.hi, 0.0) : cx_of(arc->a[i].hi, -im * arc->C.hi),
-                 b = i == ROOTS ? cx_of(arc->E.hi, 0.0) : cx_of(arc->b[i].hi, -im * arc->E.hi);
-        v.cosine[v.count++] = cx_div(cx_add(a, b), cx_sub(a, b));
+        const dd im = o->pair && i == 1 ? dd_neg(o->root[2]) : dd_of(0.0);
+        const cdd a = i == ROOTS ? cdd_real(arc->C) : cdd_of(arc->a[i], dd_mul(im, arc->C)),
+                  b = i == ROOTS ? cdd_real(arc->E) : cdd_of(arc->b[i], dd_mul(im, arc->E)),
+                  apart = cdd_sub(a, b);
+        if (cdd_square(apart).hi > 0.0) v.cosine[v.count++] = cdd_div(cdd_add(a, b), apart);
     }
     return v;
 }
@@ -221,18 +262,19 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
  * sine if `crosswise` is nonzero, and v that of the new variable. Then m u v^2 - (1 + m) v + u = 0.
  * A point u where both solutions v coincide is no longer singular. The point v = 1/m becomes
  * singular. */
-static singularities move_singularities(const singularities *from, double m, int crosswise)
+static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
+    const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
     singularities to = {0};
     for (int i = 0; i < from->count; i++) {
-        const cx u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
-        const cx plus = cx_of(1.0 + m, 0.0),
-                 square = cx_sub(cx_mul(plus, plus), cx_scale(4.0 * m, cx_mul(u, u)));
-        if (cx_abs(square) < 1e-3 * (1.0 + m) * (1.0 + m)) continue;
-        const cx v = cx_div(cx_scale(2.0, u), cx_add(plus, cx_sqrt(square)));
+        const cdd u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
+        const cdd square =
+            cdd_sub(cdd_real(dd_square(plus)), cdd_scale(dd_scale(4.0, m), cdd_mul(u, u)));
+        if (cx_abs(cdd_high(square)) < 1e-12 * minus.hi * minus.hi) continue;
+        const cdd v = cdd_div(cdd_scale(dd_of(2.0), u), cdd_add(cdd_real(plus), cdd_sqrt(square)));
         to.cosine[to.count++] = crosswise ? sine_of(v) : v;
     }
-    const cx last = cx_of(1.0 / m, 0.0);
+    const cdd last = cdd_real(dd_div(dd_of(1.0), m));
     to.cosine[to.count++] = crosswise ? sine_of(last) : last;
     return to;
 }
@@ -243,33 +285,24 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Returns the index of the singularity nearest to the real axis. */
-static int nearest_singularity(const singularities *v)
-{
-    int best = 0;
-    for (int i = 1; i < v->count; i++)
-        if (height_of(v->cosine[i]) < height_of(v->cosine[best])) best = i;
-    return best;
-}
-/* Chooses the transformations of an arc. Each removes the singularity that is then nearest to
- * the real axis, and about halves the distances of the others. Returns the height of the nearest
- * singularity after all transformations. */
+/* Chooses the transformations of an arc. Each removes a singularity near the real axis, and about
+ * halves the distances of the others. Returns the height of the nearest singularity after all
+ * transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
-    double best = least_height(&now);
-    int folds = 0;
+    dd height;
+    int crosswise, folds = 0;
+    double best = find_nearest(&now, &height, &crosswise);
     for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
-        const cx cosine = now.cosine[nearest_singularity(&now)], sine = sine_of(cosine);
-        const int crosswise = fabs(cosine.re) < fabs(cosine.im);
-        const cx u = crosswise ? sine : cosine;
-        if (fabs(u.im) > 1e-6 * fabs(u.re) || !(height_of(cosine) > 1e-12)) break;
-        const dd m = modulus_for(dd_of(height_of(cosine)));
-        now = move_singularities(&now, m.hi, crosswise);
+        if (crosswise < 0 || !(height.hi > 1e-12)) break;
+        const dd m = modulus_for(height);
         arc->fold[arc->folds] = m;
         arc->crosswise[arc->folds++] = crosswise;
-        if (least_height(&now) > 1.2 * best) {
-            best = least_height(&now);
+        now = move_singularities(&now, m, crosswise);
+        const double least = find_nearest(&now, &height, &crosswise);
+        if (least > 1.2 * best) {
+            best = least;
             folds = arc->folds;
         }
     }
@@ -301,14 +334,16 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
-    const dd low = real_root(o, top - 1), high = real_root(o, top), below = real_root(o, top - 2),
-             least = real_root(o, 0), above = real_root(o, 1);
-    arc[0].low = o->order[top - 1];
-    arc[0].high = o->order[top];
+    const int high = o->order[top], low = o->order[top - 1], below = o->order[top - 2],
+              least = o->order[0], above = o->order[1];
+    arc[0].low = low;
+    arc[0].high = high;
     arc[1].low = NO_ROOT;
-    arc[1].high = o->order[0];
-    choose_scale(o, &arc[0], dd_sqrt(dd_div(dd_sub(high, below), dd_sub(low, below))));
-    choose_scale(o, &arc[1], dd_sqrt(dd_mul(dd_sub(above, least), dd_sub(high, least))));
+    arc[1].high = least;
+    choose_scale(o, &arc[0],
+                 dd_sqrt(dd_div(root_apart(o, high, below), root_apart(o, low, below))));
+    choose_scale(o, &arc[1],
+                 dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
 /* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
  * exchanges values instead of pointers. gcc 12.2 at -O1 reads the wrong variable through a pointer

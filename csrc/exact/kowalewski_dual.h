@@ -32,6 +32,7 @@ typedef struct dual_term {
 /* The terms of all sums for one beta, in ascending order of k1 and then of k2. */
 typedef struct dual_work {
     double bend[3]; /* 2 pi^2 B^-1 */
+    double lift;    /* logarithm of a factor of all terms */
     int count, wide[2];
     dual_term term[TERMS];
     dual_basis basis[SUMS];
@@ -125,11 +126,26 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
     return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
            2.0 * bend[1] * (x - k1) * (y - k2);
 }
-/* Returns 1 if no power of a growth exceeds the range of doubles. */
-static int are_growths_small(const dual_work *d)
+/* Returns the negative logarithm of a term's size. */
+static dd exponent_of_term(const dual_work *d, const dual_term *n)
 {
-    const double first = d->bend[0] + fabs(d->bend[1]), second = d->bend[2] + fabs(d->bend[1]);
-    return d->wide[0] * first + d->wide[1] * second < 1200.0;
+    const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
+             b = dd_times(n->k1 * n->k2 / 8.0, dd_of(d->bend[1])),
+             c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
+    return dd_add(dd_add(a, c), b);
+}
+/* Chooses a factor of all terms with which the smallest one is in the range of doubles. Returns 0 if
+ * powers of growths or squares of sums exceed the range. In a product of powers and a size, large
+ * and small factors cancel. */
+static int scale_dual_terms(dual_work *d)
+{
+    const double across = fabs(d->bend[1]), first = d->bend[0] + across,
+                 second = d->bend[2] + across;
+    double most = 0.0;
+    for (int i = 0; i < d->count; i++) most = fmax(most, exponent_of_term(d, &d->term[i]).hi);
+    d->lift = fmax(most - 690.0, 0.0);
+    return d->wide[0] * first < 1380.0 && d->wide[1] * second < 1380.0 &&
+           d->lift + first + second < 340.0;
 }
 /* Lists the terms that exceed a rounding error at some point of the torus. Returns 0 if there are
  * too many, or if they are too large for doubles. */
@@ -158,7 +174,7 @@ static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
             if (abs(k1) > d->wide[0]) d->wide[0] = abs(k1);
             if (abs(k2) > d->wide[1]) d->wide[1] = abs(k2);
         }
-    return are_growths_small(d);
+    return scale_dual_terms(d);
 }
 /* Sets the sizes of the terms for one beta. */
 static void size_dual_terms(dual_work *d, const double beta[2])
@@ -168,10 +184,7 @@ static void size_dual_terms(dual_work *d, const double beta[2])
                  two = (d->bend[1] * beta[0] + d->bend[2] * beta[1]) / (8.0 * pi * pi);
     for (int i = 0; i < d->count; i++) {
         dual_term *n = &d->term[i];
-        const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
-                 b = dd_times(n->k1 * n->k2 / 8.0, dd_of(d->bend[1])),
-                 c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
-        const exponential e = exponential_of(dd_neg(dd_add(dd_add(a, c), b)));
+        const exponential e = exponential_of(dd_sub(dd_of(d->lift), exponent_of_term(d, n)));
         double s, t;
         sincos_turns(dd_of(n->k1 * one + n->k2 * two), &s, &t);
         n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));

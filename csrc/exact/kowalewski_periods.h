@@ -30,25 +30,21 @@ static cx root_of(const kowalewski_curve *o, int i)
 /* Returns root i minus root j to full precision. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
-    const int real = !o->pair || ((i == 0 || i >= ROOT_K) && (j == 0 || j >= ROOT_K));
-    if (real)
-        return cx_of(dd_sub(o->root[i].hi == 0.0 && o->root[i].lo == 0.0 ? dd_of(0.0) : o->root[i],
-                            o->root[j])
-                         .hi,
-                     0.0);
     const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
-    const dd re = dd_sub(o->root[pi ? 1 : i], o->root[pj ? 1 : j]);
+    const dd re = root_apart(o, pi ? 1 : i, pj ? 1 : j);
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
-    return cx_of(re.hi, im);
+    return cx_of(re.hi + 0.0, im); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
- * by this nearest point, has a positive real part. */
+ * by this nearest point, has a positive real part. The nearer end is the origin of the result,
+ * because the other one may be larger by more than the range of 53 bits. */
 static cx nearest_on_segment(cx a, cx b)
 {
-    const cx way = cx_sub(b, a);
+    const int swap = cx_square(b) < cx_square(a);
+    const cx from = swap ? b : a, way = cx_sub(swap ? a : b, from);
     const double size = cx_square(way),
-                 at = size > 0.0 ? -(a.re * way.re + a.im * way.im) / size : 0.0;
-    return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
+                 at = size > 0.0 ? -(from.re * way.re + from.im * way.im) / size : 0.0;
+    return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
 /* Computes the reference points for the signs of the square roots along a path, from its start to
  * sin^2(x/2) = `end`. Branch points on the rest of the path do not affect the integral. */

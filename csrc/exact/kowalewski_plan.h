@@ -372,12 +372,12 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
-    if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(fabs(o->h.hi) < 1e14)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
     w->separatrix = separatrix_error(o);
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
-    if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(distance > 1e-50)) return KR_KOWALEWSKI_COINCIDENT;
     /* The formulas for the start divide by these distances. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;

@@ -240,7 +240,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     memcpy(at, start, sizeof at);
     for (int step = 0; step < 160; step++) {
         const int i = step % 8;
-        const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : 1e-5;
+        const double least = step < 8 ? 0.02 : step < 32 ? 0.002 : step < 96 ? 1e-5 : 1e-9;
         arc_point point[2];
         if (i == 0) expand(at, series);
         sum_series(series, (i + 1) * moment, at);
