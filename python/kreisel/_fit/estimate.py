@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn
@@ -84,7 +83,6 @@ def fit(
     motion fits the records, and if residuals of a soft fit are larger than sigma explains.
     """
     guesses = _parse_scenes(scene)
-    refuse_disturbances(scene, "kreisel.fit does not support tops", allowed=("damping",))
     blocks, measured = parse_free(free), _parse_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))

@@ -327,7 +327,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
-    """Return a sentence for each density and damping that is zero."""
+    """Return a sentence for each density, damping and friction that is zero."""
     sentences = []
     distances = p.distances(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
@@ -337,6 +337,8 @@ def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, 
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_bound(name, axes))
+    if p.has("friction") and not point.friction:
+        sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 
 

@@ -27,7 +27,7 @@ from .rotations import (
 )
 
 _POLE = 1e-9  # least distance from a pole at which an angle about the vertical has a derivative
-_START = TANGENTS["start"][0]
+_START, _SHAKING = TANGENTS["start"][0], TANGENTS["shaking"][0]
 _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
@@ -85,10 +85,14 @@ class Motion:
     @cached_property
     def flow(self) -> Array:
         """The rates of change (n, 6) of the attitude, as a rotation vector, and of m."""
+        rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
-        drag = rotation_matrix(self.q) @ (self.point.damping * rate)[:, :, None]
-        torque = values("torque", self.block, self.states)
-        return np.concatenate((rate, torque - drag[:, :, 0]), axis=1)
+        change = values("body_acceleration", self.block, self.states)
+        # the velocity of the support, seen from the body, changes by the rotation of the body
+        change += np.cross(self.point.turning @ rotation, rate)
+        own = (m[:, None] @ rotation)[:, 0]
+        gain = self.point.moments * change + np.cross(rate, own)
+        return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
         """Return a quantity; `place` is that of the instrument that measures specific_force."""
@@ -107,10 +111,16 @@ class Motion:
         if self.tangents.shape[2]:
             by = self._differentiate(name, self.bits, self.tangents) @ self.transform
         if self.has_rate:
-            along = np.zeros((n, 6, 6))
-            along[:, :, 0] = self.flow
-            rate = self._differentiate(name, _START, along)[:, :, 0]
+            rate = self._differentiate_by_time(name)
         return Prediction(found, by, rate)
+
+    def _differentiate_by_time(self, name: str) -> Array:
+        pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
+        along = np.zeros((len(self.states), 6, 9 if pace else 6))
+        along[:, :, 0] = self.flow
+        made = self._differentiate(name, _START | (_SHAKING if pace else 0), along)
+        # time changes a quantity by the state and by the phase of the shaking
+        return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
         """Return derivatives (n, k, c) of a quantity by the core, zero where there are none."""

@@ -198,7 +198,13 @@ class SearchSession:
         moments, which then have other frequencies.
         """
         body = self.parameters.start
-        own = replace(point, densities=body.densities, com=body.com, damping=body.damping)
+        own = replace(
+            point,
+            densities=body.densities,
+            com=body.com,
+            damping=body.damping,
+            friction=body.friction,
+        )
         self._search_from(own, 0.0)
 
     def _prepare(self, guess: Guess) -> Point:
