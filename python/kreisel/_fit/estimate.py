@@ -49,9 +49,9 @@ def fit(
               guesses, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
-              length "lever", "gravity", "mass", "damping", "rotor" and "axes", the principal axes
-              in the frame of description. Moments or dampings that are equal in `scene` stay
-              equal. A rotor excludes "axes"
+              length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
+              "shaking" and "axes", the principal axes in the frame of description. Moments or
+              dampings that are equal in `scene` stay equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for
@@ -60,7 +60,10 @@ def fit(
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 
-    Moments stay those of a rigid body during the search. Errors are standard deviations to first
+    Moments stay those of a rigid body during the search, and friction is not negative. `turning`
+    is searched from that of `scene`, and `shaking` from its amplitude, rate and phase. On a turning
+    support a gyroscope measures "inertial_velocity", and "body_velocity" is relative to the
+    support. Errors are standard deviations to first
     order. They are enlarged if the residuals are larger than their sigma or correlated. Directions
     that the records do not determine keep their value in the guess, and are named.
 

@@ -47,7 +47,7 @@ class Fit(ReadOnlyArrays):
     scene         the fitted scene
     records       the records
     names         names of the free parameters. The moments are the principal ones; vectors are
-                  seen from the frame of description
+                  seen from the frame of description, but turning from space
     units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]
     values        {name: value}. The attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
@@ -158,8 +158,8 @@ class Fit(ReadOnlyArrays):
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n scenes that are drawn from the covariance.
 
-        Directions that are not identified do not vary. Moments and damping are cut off at their
-        bounds.
+        Directions that are not identified do not vary. Moments, damping and friction are cut off at
+        their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)

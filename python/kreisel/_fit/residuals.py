@@ -160,7 +160,7 @@ class ResidualModel:
         for i, record in enumerate(self.records):
             own = states[where[i]], tangents[where[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
-            motion = Motion(self.parameters, point, scene._block, *own, has_rate)
+            motion = Motion(self.parameters, point, scene._block, *own, has_rate, self.origin)
             for rows in self.rows:
                 if rows.record == i:
                     builder = _RowBuilder(rows, motion, record.point)

@@ -37,7 +37,13 @@ _MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed res
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
-_BLIND_TO_SIGN = {"body_velocity", "body_acceleration", "body_momentum", "kinetic"}
+_BLIND_TO_SIGN = {
+    "body_velocity",
+    "inertial_velocity",
+    "body_acceleration",
+    "body_momentum",
+    "kinetic",
+}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -399,6 +405,8 @@ class SearchSession:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
+            if least == _CHAOTIC and self._agrees_with_any(guesses):
+                return
             self._piece_count = count
             if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
                 return
@@ -409,6 +417,13 @@ class SearchSession:
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
+
+    def _agrees_with_any(self, guesses: list[Guess]) -> bool:
+        """Return True if the motion of some guess agrees with all records.
+
+        Other guesses may be so wrong that only their motions seem chaotic.
+        """
+        return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
         """Return True if a part of the records fits in pieces that hardly need to meet."""

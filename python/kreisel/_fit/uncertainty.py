@@ -139,15 +139,18 @@ def measure_nonlinearity(
 ) -> float:
     """Return the deviation from 1 of the rise of chi2 at one sigma, relative to a linear model.
 
-    The rise is that along the least certain direction, on its worse side. The inflation of the
-    errors enlarges one sigma.
+    The rise is that along the least certain direction, on its worse side within the bounds. The
+    inflation of the errors enlarges one sigma.
     """
     if not spectrum.factor.size:
         return 0.0
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
+    room = model.distances(point)
     for sign in (1.0, -1.0):
+        if (-sign * step > room).any():
+            continue
         there = model.evaluate(model.move(point, sign * step), has_jacobian=False).residuals
         with np.errstate(invalid="ignore"):
             rise = float(there @ there - residuals @ residuals)
