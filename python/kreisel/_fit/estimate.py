@@ -115,6 +115,7 @@ def _run_sessions(
             found = best if reached is None else _nearer(best, make_fit(session))
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
+            session.check_start()
             session.check_sensitivity()
             best = _nearer(best, make_fit(session))
     if best is None:
@@ -137,6 +138,7 @@ def _nearer(first: Fit | None, second: Fit) -> Fit:
 
 def _no_motion_error(session: SearchSession) -> Error:
     """Return the error of the path from the first guess."""
+    session.check_start()
     try:
         session.solve_guess()
     except Error as error:

@@ -67,6 +67,8 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _generate(p, sentence, {"attitude": axis})
+            carried = -np.cross(point.velocity_at_rest - point.rate, axis)
+            yield from _generate(p, sentence, {"attitude": axis, "velocity": carried})
     yield from _list_rotations_about_axis(p, point)
     yield from _list_shifts(p, point)
 

@@ -279,12 +279,13 @@ class Parameters:
             )
         if not ("friction" in free or start.friction):
             return
-        if not length > 0.0 and ("com" in free or "axes" in free):
-            name = "com" if "com" in free else "axes"
-            raise ValueError(
-                f"{name} cannot be free for a top with friction and com = 0, because com gives "
-                "the axis of friction"
-            )
+        is_turned = abs(start.axes[0]) != 1.0
+        for name in ("com", "axes", *(["moments"] if is_turned else [])):
+            if name in free and not length > 0.0:
+                raise ValueError(
+                    f"{name} cannot be free for a top with friction and com = 0: friction then "
+                    "acts about the third principal axis, which would change"
+                )
         for record in self.records:
             for series in record.series:
                 if series.quantity in _JUMPING:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_aliases
@@ -129,6 +130,22 @@ class SearchSession:
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
+    def check_start(self) -> None:
+        """Raise ValueError if no motion fits, and friction holds the scene's top at its start.
+
+        Many motions before the start then lead to it.
+        """
+        if self._is_good():
+            return
+        try:
+            self.solve_guess()
+        except Error as error:
+            if error.status == "ERR_STOPPED":
+                raise ValueError(
+                    "the records begin before the start at t = 0, where friction holds the top, "
+                    "and many motions lead there: subtract the first time from t"
+                ) from None
+
     def check_records(self) -> None:
         """Raise ValueError for too few numbers, and for records far from the start at t = 0."""
         times = np.concatenate([record.t for record in self.records])
@@ -168,8 +185,11 @@ class SearchSession:
                 self._shoot(found, None, _CHAOTIC)
             if is_single and not self._is_good():
                 self._search_until_excellent(found if is_done else [*found, own])
-            if pieces != 1 and not self._is_good():
-                self._shoot(found, pieces, _UNSTABLE if pieces is None else 2)
+            if pieces is None and not self._is_good():
+                self._shoot(found, None, _UNSTABLE)
+            elif not is_single:
+                agrees = agreement >= self._end
+                self._shoot([] if agrees else self._sort_by_agreement(found), pieces, 2)
         if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
             self._split_chaotic(self.best.point)
         self._choose_sign()
@@ -417,6 +437,11 @@ class SearchSession:
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
+
+    def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
+        """Return the guesses in the order of their agreement with the records."""
+        found = [(*self._find_agreement(guess.point), guess) for guess in guesses]
+        return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
     def _agrees_with_any(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of some guess agrees with all records.
