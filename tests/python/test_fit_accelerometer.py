@@ -22,7 +22,9 @@ SCENES = {
     "turning": HEAVY.replace(turning=(0.3, -2.0, 0.5)),
     "shaken": HEAVY.replace(shaking=(0.05, 7.0, 0.4)),
     "all together": HEAVY.replace(
-        body=HEAVY.body.turn((0.6, 0.48, 0.0, 0.64)).with_rotor(spin=5, inertia=0.3, axis=(1, 2, 3)),
+        body=HEAVY.body.turn((0.6, 0.48, 0.0, 0.64)).with_rotor(
+            spin=5, inertia=0.3, axis=(1, 2, 3)
+        ),
         turning=(0.3, -2.0, 0.5),
         shaking=(0.05, 7.0, 0.4),
         friction=0.3,

@@ -20,6 +20,7 @@ _ALIKE = 0.999  # cosine from which a generator lies in the blind directions
 _LARGEST = 4  # components that describe an unknown direction
 _SMALL = 0.1  # smaller components are not described
 _ROUNDING = 1e-4
+_LEVEL = 1e-3  # horizontal part of an angular velocity that a heading turns, relative to its size
 
 Blocks = Mapping[str, Array]
 
@@ -58,11 +59,12 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
     """Yield the known changes that some measurements do not see, with their sentences."""
     yield from _list_scales(p, point)
     vertical = rotation_matrix(point.attitude)[2]
+    turned = np.cross([0.0, 0.0, 1.0], point.turning)
+    if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
+        heading = "the heading: a rotation of the start and of turning about the vertical"
+        yield from _generate(p, heading, {"attitude": vertical, "turning": turned})
     heading = "the heading: a rotation of the start about the vertical"
     yield from _generate(p, heading, {"attitude": vertical})
-    carried = "the heading: a rotation of the start and of turning about the vertical"
-    turned = np.cross([0.0, 0.0, 1.0], point.turning)
-    yield from _generate(p, carried, {"attitude": vertical, "turning": turned})
     if not _has_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
