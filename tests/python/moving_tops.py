@@ -42,7 +42,6 @@ def list_unsupported_calls(scene, path):
         lambda: kr.megno(scene.vary(mass=[1.0, 2.0]), 10.0),
         lambda: kr.rod(path),
         lambda: kr.frequencies(path),
-        lambda: kr.fit(scene, kr.Record(path.t, {"q": path.q}, 0.1)),
     )
 
 

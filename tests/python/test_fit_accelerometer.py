@@ -19,6 +19,17 @@ SCENES = {
     "with a rotor": HEAVY.replace(
         body=HEAVY.body.with_rotor(spin=5.0, inertia=0.3, axis=(1.0, 2.0, -1.0))
     ),
+    "turning": HEAVY.replace(turning=(0.3, -2.0, 0.5)),
+    "shaken": HEAVY.replace(shaking=(0.05, 7.0, 0.4)),
+    "all together": HEAVY.replace(
+        body=HEAVY.body.turn((0.6, 0.48, 0.0, 0.64)).with_rotor(
+            spin=5, inertia=0.3, axis=(1, 2, 3)
+        ),
+        turning=(0.3, -2.0, 0.5),
+        shaking=(0.05, 7.0, 0.4),
+        friction=0.3,
+        damping=0.2,
+    ),
 }
 
 
@@ -34,19 +45,28 @@ def turn(q, v):
     return [sum(a * b for a, b in zip(row, v, strict=True)) / square for row in rows]
 
 
+def attitudes_at_rest(scene, times):
+    """Return attitudes in the space at rest, which agrees with the turning one at the middle."""
+    path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
+    rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
+    made = []
+    for t, *words in zip(times, path.q.tolist(), path.q_low.tolist(), strict=True):
+        q = [mpf(high) + mpf(low) for high, low in zip(*words, strict=True)]
+        half = 0.5 * rate * (mpf(t) - middle)
+        axis = [mp.sin(half) * mpf(x) / (rate or 1) for x in scene.turning]
+        made.append(kr.quaternion.multiply((mp.cos(half), *axis), tuple(q)))
+    return made
+
+
 def specific_force_by_differences(scene, t, step=2.0**-12):
     """Return the second difference of the place in space, minus gravity, in the body's frame."""
-    times = [t + k * step for k in range(-3, 4)]
-    path = kr.solve(scene, times, digits=30)
-    q = [
-        [mpf(high) + mpf(low) for high, low in zip(*words, strict=True)]
-        for words in zip(path.q.tolist(), path.q_low.tolist(), strict=True)
-    ]
+    q = attitudes_at_rest(scene, [t + k * step for k in range(-3, 4)])
     places = [turn(each, [mpf(x) for x in PLACE]) for each in q]
     weights = [mpf(w) / 180 for w in (2, -27, 270, -490, 270, -27, 2)]
     total = [sum(w * p[i] for w, p in zip(weights, places, strict=True)) for i in range(3)]
     force = [x / mpf(step) ** 2 for x in total]
-    force[2] += mpf(scene.gravity)
+    amplitude, rate, phase = map(mpf, scene.shaking)
+    force[2] += mpf(scene.gravity) - amplitude * rate**2 * mp.cos(rate * t + phase)
     w, x, y, z = q[3]
     return np.array([float(f) for f in turn((w, -x, -y, -z), force)])
 
@@ -57,6 +77,21 @@ def test_the_specific_force_is_the_acceleration_of_the_point_minus_gravity(scene
         truth = specific_force_by_differences(scene, 0.5)
     found = kr.solve(scene, [0.5]).specific_force(PLACE)[0]
     assert np.abs(found - truth).max() < 1e-11 * np.abs(truth).max()
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_the_inertial_velocity_is_that_in_the_space_at_rest(scene):
+    step = 2.0**-12
+    with mp.workdps(40):
+        q = attitudes_at_rest(scene, [0.5 + k * step for k in range(-3, 4)])
+        weights = [mpf(w) / 60 / mpf(step) for w in (-1, 9, -45, 0, 45, -9, 1)]
+        change = tuple(sum(w * p[i] for w, p in zip(weights, q, strict=True)) for i in range(4))
+        back = kr.quaternion.multiply(kr.quaternion.conjugate(q[3]), change)
+        truth = np.array([float(2 * x) for x in back[1:]])
+    path = kr.solve(scene, [0.5])
+    assert np.abs(path.inertial_velocity[0] - truth).max() < 1e-11 * np.abs(truth).max()
+    if not any(scene.turning):
+        assert (path.inertial_velocity == path.body_velocity).all()
 
 
 def test_the_fixed_point_shows_the_vertical():

@@ -17,7 +17,16 @@ DESCRIPTIONS = {
 }
 
 
-def make_scene(description):
+ENVIRONMENTS = {
+    "turning": {"turning": (0.3, -0.2, 0.5)},
+    "shaking": {"shaking": (0.05, 7.0, 0.4)},
+    "friction": {"friction": 0.13},
+}
+EVERYTHING = ENVIRONMENTS["turning"] | ENVIRONMENTS["shaking"] | ENVIRONMENTS["friction"]
+JUMPING = ("body_acceleration", "specific_force")  # friction jumps at a stop
+
+
+def make_scene(description, **words):
     body = kr.Body(1.1, (1.0, 1.3, 0.7), com=(0.1, -0.2, 0.3), unphysical=True)
     return kr.Scene(
         DESCRIPTIONS[description](body),
@@ -25,6 +34,7 @@ def make_scene(description):
         body_velocity=(1.0, 0.7, -0.5),
         gravity=1.3,
         damping=(0.1, 0.15, 0.2),
+        **words,
     )
 
 
@@ -68,7 +78,24 @@ def make_model(name, scene, free):
     ],
 )
 def test_derivatives_agree_with_differences(name, free, description):
-    model, point = make_model(name, make_scene(description), free)
+    check_jacobian(*make_model(name, make_scene(description), free))
+
+
+@pytest.mark.parametrize(
+    "name, words",
+    [
+        *((name, "turning shaking") for name in JUMPING),
+        *((name, "turning shaking friction") for name in MEASURABLE if name not in JUMPING),
+        *(("q", word) for word in ENVIRONMENTS),
+    ],
+)
+def test_derivatives_on_moving_supports_and_with_friction(name, words):
+    environment = {word: EVERYTHING[word] for word in words.split()}
+    free = (*ALL[:-1], "rotor", *environment)
+    check_jacobian(*make_model(name, make_scene("turned", **environment), free))
+
+
+def check_jacobian(model, point):
     jacobian = model.evaluate(point).jacobian * model.natural_sizes(point)
     assert np.isfinite(jacobian).all() and np.abs(jacobian).max() > 0.1
     for k in range(jacobian.shape[1]):
@@ -82,10 +109,12 @@ def test_derivatives_agree_with_differences(name, free, description):
         assert np.abs(difference - jacobian[:, k]).max() < 1e-7 * np.abs(jacobian).max()
 
 
+@pytest.mark.parametrize("words", [{}, EVERYTHING], ids=["plain", "moving"])
 @pytest.mark.parametrize("description", DESCRIPTIONS)
 @pytest.mark.parametrize("name", MEASURABLE)
-def test_values_are_those_of_a_path(name, description):
-    scene = make_scene(description)
+def test_values_are_those_of_a_path(name, description, words):
+    own = {} if name in JUMPING else words
+    scene = make_scene(description, **own)
     path = kr.solve(scene, np.linspace(0.0, 3.0, 9))
     record = make_record(name, path.t, measure(name, path), 1.0)
     parameters = Parameters(scene, ("attitude",), [record])

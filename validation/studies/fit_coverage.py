@@ -124,6 +124,54 @@ def two_clocks(rng):
     return heavy_case([drift, kr.Record(late, {"apex": apex}, NOISE, free="delay")])
 
 
+def environment_case(records, truth, free, measure, **start):
+    """Return a case of a heavy top whose friction or support is free and begins with `start`."""
+
+    def compare(scene):
+        return np.concatenate((heavy_ratios(scene), measure(scene)))
+
+    plain = heavy_case(records)
+    free = (*plain.free, free)
+    return plain._replace(
+        truth=truth, guess=plain.guess.replace(**start), free=free, compare=compare
+    )
+
+
+def friction(rng):
+    """Simulate a gyroscope until after friction has stopped the spin, from a guess without it."""
+    t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
+    values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
+    record = kr.Record(t, {"body_velocity": values}, sigma)
+
+    def measure(scene):
+        return [scene.friction / scene.body.moments[2]]
+
+    return environment_case([record], truth, "friction", measure)
+
+
+def turning(rng):
+    """Simulate a gyroscope and a camera on a support that turns, from a guess that rests."""
+    t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
+    path = kr.solve(truth, t)
+    values, sigma = add_noise(rng, path.inertial_velocity)
+    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    seen = {"q": multiply_quaternions(path.q, turns), "inertial_velocity": values}
+    record = kr.Record(t, seen, {"q": NOISE, "inertial_velocity": sigma})
+    return environment_case([record], truth, "turning", lambda scene: scene.turning)
+
+
+def shaking(rng):
+    """Simulate attitudes on a shaken support, whose rate is known to 2 %."""
+    t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
+    turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
+    record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
+
+    def measure(scene):
+        return scene.shaking
+
+    return environment_case([record], truth, "shaking", measure, shaking=(0.01, 15.3, 0.0))
+
+
 def replace_rows(rng, record):
     """Return the record with outliers in 3 % of its rows."""
     [series] = record.series
@@ -145,7 +193,8 @@ def gyroscope_with_outliers(rng):
 
 OUTLIERS = 0.03  # share of rows
 SIX = (gyroscope, attitudes, velocity, tip, angles, two_clocks)
-CASES = (*SIX, tip_with_outliers, gyroscope_with_outliers)
+MOVING = (friction, turning, shaking)
+CASES = (*SIX, *MOVING, tip_with_outliers, gyroscope_with_outliers)
 KINDS = {case.__name__: case for case in CASES}
 
 

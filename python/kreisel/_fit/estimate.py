@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from .._model.environment import refuse_disturbances
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
 from .._utils.errors import unknown_name_message, warn
@@ -50,9 +49,9 @@ def fit(
               guesses, the search begins at each member, and the best result is returned
     records   a kreisel.Record or several records of one motion
     free      names of parameters: "start" ("attitude" and "velocity"), "moments", "com" or its
-              length "lever", "gravity", "mass", "damping", "rotor" and "axes", the principal axes
-              in the frame of description. Moments or dampings that are equal in `scene` stay
-              equal. A rotor excludes "axes"
+              length "lever", "gravity", "mass", "damping", "friction", "rotor", "turning",
+              "shaking" and "axes", the principal axes in the frame of description. Moments or
+              dampings that are equal in `scene` stay equal. A rotor excludes "axes"
     loss      "linear": least squares. "soft": large residuals count linearly, for records with
               outliers
     pieces    the number of pieces of the motion with their own start, whose ends must meet, for
@@ -61,10 +60,12 @@ def fit(
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 
-    Moments stay those of a rigid body during the search. Errors are standard deviations to first
-    order. They are enlarged if the residuals are larger than their sigma or correlated. Parameters
-    keep the values of the guess along directions that the records do not determine. The result
-    names these directions.
+    Moments stay those of a rigid body during the search, and friction is not negative. The search
+    for `turning` and `shaking` begins at those of `scene`. On a turning support a gyroscope
+    measures "inertial_velocity", and "body_velocity" is relative to the support. Errors are
+    standard deviations to first order. They are enlarged if the residuals are larger than their
+    sigma or correlated. Parameters keep the values of the guess along directions that the records
+    do not determine. The result names these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -85,7 +86,6 @@ def fit(
     motion fits the records, and if residuals of a soft fit are larger than sigma explains.
     """
     guesses = _parse_scenes(scene)
-    refuse_disturbances(scene, "kreisel.fit does not support tops", allowed=("damping",))
     blocks, measured = parse_free(free), _parse_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
@@ -115,6 +115,7 @@ def _run_sessions(
             found = best if reached is None else _nearer(best, make_fit(session))
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
+            session.check_start()
             session.check_sensitivity()
             best = _nearer(best, make_fit(session))
     if best is None:
@@ -137,6 +138,7 @@ def _nearer(first: Fit | None, second: Fit) -> Fit:
 
 def _no_motion_error(session: SearchSession) -> Error:
     """Return the error of the path from the first guess."""
+    session.check_start()
     try:
         session.solve_guess()
     except Error as error:

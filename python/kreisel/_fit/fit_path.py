@@ -21,7 +21,7 @@ def solve_pieces(parameters: Parameters, pieces: tuple[tuple[float, Point], ...]
         times = t[owner == k] - begin
         for part in (times[times < 0.0][::-1], times[times >= 0.0]):
             if len(part):
-                path = solve(parameters.to_scene(point), part, "taylor")
+                path = solve(parameters.to_scene(point, begin), part, "taylor")
                 own = path.states if part[0] >= 0.0 else path.states[::-1]
                 shifted = own.copy()
                 shifted[:, 0] += begin

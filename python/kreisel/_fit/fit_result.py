@@ -47,7 +47,7 @@ class Fit(ReadOnlyArrays):
     scene         the fitted scene
     records       the records
     names         names of the free parameters. The moments are the principal ones; vectors are
-                  seen from the frame of description
+                  seen from the frame of description, but turning from space
     units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]
     values        {name: value}. The attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
@@ -158,8 +158,8 @@ class Fit(ReadOnlyArrays):
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n scenes that are drawn from the covariance.
 
-        Directions that are not identified do not vary. Moments and damping are cut off at their
-        bounds.
+        Directions that are not identified do not vary. Moments, damping and friction are cut off at
+        their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)
@@ -327,7 +327,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
-    """Return a sentence for each density and damping that is zero."""
+    """Return a sentence for each density, damping and friction that is zero."""
     sentences = []
     distances = p.distances(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
@@ -337,6 +337,8 @@ def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, 
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_bound(name, axes))
+    if p.has("friction") and not point.friction:
+        sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 
 

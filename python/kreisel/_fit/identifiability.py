@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from .._core import values
 from .._utils.validation import Array
 from .parameters import Parameters, Point
 from .rotations import rotation_matrix
@@ -19,6 +20,7 @@ _ALIKE = 0.999  # cosine from which a generator lies in the blind directions
 _LARGEST = 4  # components that describe an unknown direction
 _SMALL = 0.1  # smaller components are not described
 _ROUNDING = 1e-4
+_LEVEL = 1e-3  # horizontal part of an angular velocity that a heading turns, relative to its size
 
 Blocks = Mapping[str, Array]
 
@@ -57,12 +59,18 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
     """Yield the known changes that do not affect some measurements, with sentences."""
     yield from _list_scales(p, point)
     vertical = rotation_matrix(point.attitude)[2]
+    turned = np.cross([0.0, 0.0, 1.0], point.turning)
+    if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
+        heading = "the heading: a rotation of the start and of turning about the vertical"
+        yield from _generate(p, heading, {"attitude": vertical, "turning": turned})
     heading = "the heading: a rotation of the start about the vertical"
     yield from _generate(p, heading, {"attitude": vertical})
-    if not point.weight * np.linalg.norm(point.com):
+    if not _has_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _generate(p, sentence, {"attitude": axis})
+            carried = -np.cross(point.velocity_at_rest - point.rate, axis)
+            yield from _generate(p, sentence, {"attitude": axis, "velocity": carried})
     yield from _list_rotations_about_axis(p, point)
     yield from _list_shifts(p, point)
 
@@ -83,35 +91,53 @@ def _project(columns: Array, values: Array) -> Array:
     return made
 
 
+def _has_torque(point: Point) -> bool:
+    amplitude, rate, _ = point.shaking
+    pull = abs(point.gravity) + abs(amplitude) * rate**2
+    return bool(point.mass * pull * np.linalg.norm(point.com))
+
+
 def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    own: dict[str, Array] = {
-        "com": point.com,
-        "lever": np.array([float(point.com @ p.lever)]),
-        "gravity": np.array([point.gravity]),
-        "mass": np.array([point.mass]),
-    }
+    own = _list_factors_of_torque(p, point)
     size: dict[str, Array] = {"moments": _project(p.moments, point.densities)}
+    others, is_scalable = ["damping"], p.has("damping") or not point.damping.any()
     if p.has("damping"):
         size["damping"] = _project(p.damping, point.damping)
-    if p.has("rotor"):
-        size["rotor"] = point.rotor
-    is_scalable = p.has("damping") or not point.damping.any()
-    is_scalable &= p.has("rotor") or not point.rotor.any()
-    if is_scalable and not point.weight * np.linalg.norm(point.com):
-        others = "damping and rotor" if p.has("rotor") else "damping"
-        sentence = f"the scale of the moments: only their ratios, and {others} over moments, count"
+    for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
+        if p.has(name):
+            size[name] = value
+            others.append(name)
+        elif value.any():
+            is_scalable = False
+    if is_scalable and not _has_torque(point):
+        words = " and ".join(others)
+        sentence = f"the scale of the moments: only their ratios, and {words} over moments, count"
         yield from _generate(p, sentence, size)
     elif is_scalable:
-        for name, value in own.items():
-            others = "damping, rotor" if p.has("rotor") else "damping"
+        words = ", ".join(others)
+        for name, blocks in own.items():
             sentence = (
-                f"the scale of the moments: moments, {others} and {name} may all have one factor"
+                f"the scale of the moments: moments, {words} and {name} may all have one factor"
             )
-            yield from _generate(p, sentence, {**size, name: value})
+            yield from _generate(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
                           ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
         sentence = f"{first} against {second}: only mass * gravity * com counts"
-        yield from _generate(p, sentence, {first: own[first], second: -own[second]})
+        against = {name: -value for name, value in own[second].items()}
+        yield from _generate(p, sentence, {**own[first], **against})
+
+
+def _list_factors_of_torque(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
+    """Return the blocks that change by one factor with each factor of the torque of gravity."""
+    made = {
+        "com": {"com": point.com},
+        "lever": {"lever": np.array([float(point.com @ p.lever)])},
+        "gravity": {"gravity": np.array([point.gravity])},
+        "mass": {"mass": np.array([point.mass])},
+    }
+    if p.has("shaking"):
+        made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
+    return made
 
 
 def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
@@ -148,14 +174,15 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
 
 def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     """Yield shifts of all clocks, and rotations of the principal axes against the start."""
-    vertical = rotation_matrix(point.attitude)[2]
-    torque = point.weight * np.cross(vertical, point.com)
-    gyroscopic = np.cross(point.momentum, point.rate)
-    change = (gyroscopic + torque - point.damping * point.rate) / point.moments
+    scene = point.to_scene()
+    [change] = values("body_acceleration", scene._block, scene._start)
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
-        for _, step in _generate(p, sentence, {"attitude": point.rate, "velocity": change}):
+        blocks = {"attitude": point.rate, "velocity": change}
+        if p.has("shaking"):
+            blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
+        for _, step in _generate(p, sentence, blocks):
             for at in delays:
                 step[at] = 1.0
             yield sentence, step

@@ -1,15 +1,19 @@
 """First guesses of the parameters from the records, by linear least squares.
 
-Let R be the attitude, W the angular velocity of the body, J its moments, D its damping and h the
-momentum of its rotor. Then
+Let R be the attitude, U the angular velocity relative to the support, W that in the space at rest,
+J the moments, D the damping, f the friction and h the momentum of the rotor. On a support with the
+angular velocity O, let L x = x + O x int x dt. With the unit vector a to the centre of mass,
 
-    R (J W + h) + D int R W dt = m0 + e3 x int R dt (M g c)
+    L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
-is linear in J, D, m0, M g c and the size of h. If a gyroscope alone measured W, R is known relative
-to the first attitude, and the equation is linear in the products of the components of c and of the
-unknown vertical. The trace e of the apex of a symmetric top satisfies
+is linear in J, D, f, m0, M c and the size of h. If a gyroscope alone measured U, R is known
+relative to the first attitude, and the equation is linear in the products of the components of c
+and of the unknown vertical; the turning of the support is then neglected. The trace e of the apex
+of a symmetric top satisfies
 
-    e x e' = h - a e + k int e3 x e dt,    a = (I3 spin + h3) / I1, k = M g |c| / I1.
+    L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
+
+with a = (I3 W3 + h3) / I1 at t = 0, k = M |c| / I1, and s = +-f / I1 until friction stops the spin.
 """
 
 from __future__ import annotations
@@ -24,12 +28,13 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .motion_data import ApexTrace, MotionData, read_apexes, read_motions
+from .motion_data import FEWEST, ApexTrace, MotionData, read_apexes, read_motions
 from .parameters import Parameters, Point, point_of_scene
 from .records import Record
 from .rotations import (
     conjugate_quaternions,
     cross_matrix,
+    exponential,
     multiply_quaternions,
     quaternion_of_matrix,
     rotation_matrix,
@@ -40,6 +45,7 @@ _LEAST = 1e-3  # least density of a guess, relative to its largest moment
 _SMOOTHING = 9  # samples of the local parabola that smooths a trace
 _PADDING = 4  # length of a Fourier transform, relative to the data
 _LINES = 3  # frequencies of nutation that are tried
+_STOPPED = 0.05  # spin that friction has nearly stopped, relative to the largest
 _SHORT = 4  # the shorter guess uses this part of the samples
 _EPSILON = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -59,12 +65,20 @@ class Guess(NamedTuple):
 
 
 class _Solution(NamedTuple):
-    """A solution of the linear equations, up to a common factor of inertia, lever and damping."""
+    """A solution of the linear equations, of which all but the vertical have a common factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
     vertical: Array
     damping: float
+    friction: float
+
+
+class _Losses(NamedTuple):
+    """The losses of energy that the linear equations take into account."""
+
+    is_damped: bool
+    is_rubbed: bool
 
 
 def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
@@ -86,7 +100,12 @@ def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> lis
 def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
     base = parameters.start
     is_heavy = base.weight != 0.0 and bool(base.com.any() or parameters.has("com"))
-    solution = _solve_equations(part, is_heavy, parameters.has("damping"), base.rotor)
+    axis = _friction_axis(base)
+    is_rubbed = part.source != "space" and (parameters.has("friction") or base.friction > 0.0)
+    if is_rubbed:
+        part = _select_before_stop(part, axis)
+    losses = _Losses(parameters.has("damping"), is_rubbed)
+    solution = _solve_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
     twins = [solution]
@@ -111,12 +130,37 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution)
         first = quaternion_of_matrix(_frame_with_vertical(solution.vertical))
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
     seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
-    point = _apply_body(parameters, moments, lever, solution.damping)
+    if motion.is_at_rest:
+        seen = _see_from_support(seen, parameters.start.turning)
+    point = _apply_body(parameters, moments, lever, solution)
     rate = seen.rate[:3].mean(axis=0)
-    return Guess(_start_at_zero(parameters, point, seen.t[0], attitude[0], rate), seen)
+    return Guess(_start_at_zero(parameters, point, seen.t[0], seen.attitude[0], rate), seen)
 
 
-def _apply_body(parameters: Parameters, moments: Array, lever: Array, damping: float) -> Point:
+def _see_from_support(motion: MotionData, turning: Array) -> MotionData:
+    """Return a motion that was seen from the space at rest, which is that of the first time."""
+    turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
+    attitude = multiply_quaternions(turned, motion.attitude)
+    rate = motion.rate - turning @ rotation_matrix(attitude)
+    return motion._replace(attitude=attitude, rate=rate, is_at_rest=False)
+
+
+def _friction_axis(base: Point) -> Array:
+    length = float(np.linalg.norm(base.com))
+    made: Array = base.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
+    return made
+
+
+def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
+    """Return the part of a motion before its spin about an axis is nearly zero."""
+    spin = np.abs(motion.rate @ axis)
+    slow = np.flatnonzero(spin < _STOPPED * spin.max())
+    return motion.select(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
+
+
+def _apply_body(
+    parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
+) -> Point:
     """Return the scene's point with the free parts of the body replaced by a solution."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
@@ -126,7 +170,7 @@ def _apply_body(parameters: Parameters, moments: Array, lever: Array, damping: f
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
         factor = abs(base.weight) * size / heavy
-    changes: dict[str, Array] = {}
+    changes: dict[str, Array | float] = {}
     if parameters.has("moments"):
         groups = parameters.moments
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
@@ -136,7 +180,10 @@ def _apply_body(parameters: Parameters, moments: Array, lever: Array, damping: f
     if base.weight and heavy > 0.0 and parameters.has("com"):
         changes["com"] = factor * lever / base.weight
     if parameters.has("damping"):
-        changes["damping"] = np.full(3, max(factor * damping, 0.0))
+        drag = 0.0 if losses is None else losses.damping
+        changes["damping"] = np.full(3, max(factor * drag, 0.0))
+    if parameters.has("friction") and losses is not None:
+        changes["friction"] = max(factor * losses.friction, 0.0)
     return replace(base, **changes)  # type: ignore[arg-type]
 
 
@@ -152,7 +199,7 @@ def _start_at_zero(
     if since == 0.0:
         return there
     try:
-        back = solve(there.to_scene(), [-since], "taylor", max_steps=10000)
+        back = solve(there.to_scene(since), [-since], "taylor", max_steps=10000)
     except (Error, ValueError):
         return there
     start = point_of_scene(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
@@ -164,31 +211,17 @@ def _start_at_zero(
 
 
 def _solve_equations(
-    motion: MotionData, is_heavy: bool, is_damped: bool, rotor: Array
+    motion: MotionData, base: Point, is_heavy: bool, losses: _Losses
 ) -> _Solution | None:
     """Solve the equation of the momentum by the smallest singular vector of its columns.
 
     Returns None if there are too few samples, and for a rotor if the principal axes are unknown.
     """
-    is_full, is_known = motion.source == "space", motion.source != "gyroscope"
-    rotation, n = rotation_matrix(motion.attitude), len(motion.t)
+    rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
         return None
-    columns = [rotation @ _inertia_columns(motion.rate, is_full)]
-    columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
-    if is_heavy:
-        integral = _integrate(motion.t, rotation)
-        columns.append(
-            -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
-            if is_known
-            else -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(n, 3, 9)
-        )
-    if is_damped:
-        turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
-        columns.append(_integrate(motion.t, turned)[:, :, None])
-    if rotor.any():
-        columns.insert(1, (rotation @ rotor)[:, :, None])
-    matrix = np.concatenate(columns, axis=2).reshape(3 * n, -1)
+    columns = _list_columns(motion, base, is_heavy, losses)
+    matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
     if len(matrix) < matrix.shape[1] or not np.isfinite(matrix).all():
@@ -197,11 +230,49 @@ def _solve_equations(
     found = np.linalg.eigh(normal)[1][:, 0] / sizes
     if rotor.any():
         found = np.delete(found, 3)  # the size of the rotor, after three moments
-    return _read_solution(found, motion, is_heavy, is_damped)
+    return _read_solution(found, motion, is_heavy, losses)
+
+
+def _list_columns(motion: MotionData, base: Point, is_heavy: bool, losses: _Losses) -> list[Array]:
+    """Return the columns (n, 3, k) of the moments, rotor, start, lever, damping and friction."""
+    t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
+    turning = _find_known_turning(motion, base)
+    rate = motion.rate + turning @ rotation
+    momenta = [rotation @ _inertia_columns(rate, motion.source == "space")]
+    momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
+    columns = [one + cross_matrix(turning) @ _integrate(t, one) for one in momenta]
+    columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
+    if is_heavy:
+        weight = base.weigh(t) / base.gravity
+        integral = _integrate(t, weight[:, None, None] * rotation)
+        columns.append(
+            -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
+            if motion.source != "gyroscope"
+            else -np.einsum("ikj,njl->nikl", _EPSILON, integral).reshape(len(t), 3, 9)
+        )
+    if losses.is_damped:
+        turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
+        columns.append(_integrate(t, turned)[:, :, None])
+    if losses.is_rubbed:
+        axis = _friction_axis(base)
+        sense = np.sign(motion.rate @ axis)[:, None]
+        columns.append(_integrate(t, sense * (rotation @ axis))[:, :, None])
+    return columns
+
+
+def _find_known_turning(motion: MotionData, base: Point) -> Array:
+    """Return the turning of the support as far as the attitudes of the motion tell its direction.
+
+    A motion that is seen from the space at rest has none.
+    """
+    if motion.is_at_rest or motion.source == "gyroscope":
+        return np.zeros(3)
+    is_upright = motion.source == "vertical"
+    return base.turning * np.array([0.0, 0.0, 1.0]) if is_upright else base.turning
 
 
 def _read_solution(
-    found: Array, motion: MotionData, is_heavy: bool, is_damped: bool
+    found: Array, motion: MotionData, is_heavy: bool, losses: _Losses
 ) -> _Solution | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
@@ -219,7 +290,9 @@ def _read_solution(
     elif is_heavy:
         left, sizes, right = np.linalg.svd(rest[:9].reshape(3, 3))
         lever, vertical = sizes[0] * right[0], left[:, 0]
-    return _Solution(inertia, lever, vertical, float(rest[-1]) if is_damped else 0.0)
+    lost = rest[len(rest) - sum(losses) :].tolist()
+    damping = lost.pop(0) if losses.is_damped else 0.0
+    return _Solution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
 
 
 def _inertia_columns(rate: Array, is_full: bool) -> Array:
@@ -273,13 +346,23 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
     apex, change = _smooth(trace)
-    left = np.cross(apex, change)
-    integral = _integrate(trace.t, np.cross([0.0, 0.0, 1.0], apex))
+    t, turning = trace.t, base.turning
+    carried = np.cross(apex, change + np.cross(turning, apex))
+    left = carried + np.cross(turning, _integrate(t, carried))
+    summed = _integrate(t, apex)
+    along = apex + np.cross(turning, summed)
+    weight = base.weigh(t) / base.gravity if base.gravity else np.ones(len(t))
+    integral = _integrate(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
-    matrix = np.concatenate((-apex[:, :, None], integral[:, :, None], identity), axis=2)
-    found = np.linalg.lstsq(matrix.reshape(-1, 5), left.ravel(), rcond=None)[0]
-    pairs = [(float(found[0]), float(found[1])), *_list_nutations(trace)]
-    return [_guess_with_spin(parameters, trace, (apex, change), *pair) for pair in pairs]
+    columns = [-along[:, :, None], integral[:, :, None], identity]
+    if parameters.has("friction") or base.friction:
+        columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
+    matrix = np.concatenate(columns, axis=2)
+    found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
+    slowing = float(found[5]) if len(found) > 5 else 0.0
+    triples = [(float(found[0]), float(found[1]), slowing)]
+    triples += [(*pair, 0.0) for pair in _list_nutations(trace, float(turning[2]))]
+    return [_guess_with_spin(parameters, trace, (apex, change), triple) for triple in triples]
 
 
 def _mean_precession(trace: ApexTrace) -> float:
@@ -287,13 +370,14 @@ def _mean_precession(trace: ApexTrace) -> float:
     return float(np.polyfit(trace.t, angle, 1)[0])
 
 
-def _list_nutations(trace: ApexTrace) -> list[tuple[float, float]]:
+def _list_nutations(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
     """Return pairs (a, k) from the strongest lines of the height of the apex.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n.
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The rate w, in the space at
+    rest, is that seen from the support plus `turning`.
     """
-    height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace)
+    height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace) + turning
     mean = float(np.clip(height.mean(), -1.0, 1.0))
     lines = np.abs(np.fft.rfft((height - mean) * np.hanning(n), _PADDING * n))
     lines[: 2 * _PADDING] = 0.0  # slower lines are trends
@@ -310,9 +394,12 @@ def _list_nutations(trace: ApexTrace) -> list[tuple[float, float]]:
 
 
 def _guess_with_spin(
-    parameters: Parameters, trace: ApexTrace, smoothed: tuple[Array, Array], a: float, k: float
+    parameters: Parameters,
+    trace: ApexTrace,
+    smoothed: tuple[Array, Array],
+    found: tuple[float, float, float],
 ) -> Guess:
-    base = parameters.start
+    base, (a, k, slowing) = parameters.start, found
     axis = base.com / np.linalg.norm(base.com)
     along = float(axis @ (base.moments * axis))
     across = 0.5 * (base.moments.sum() - along)
@@ -321,14 +408,18 @@ def _guess_with_spin(
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
-    point = _apply_body(parameters, moments, base.weight * base.com, 0.0)
+    point = _apply_body(parameters, moments, base.weight * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
     turn = tilt_to(axis)
     tilts = tilt_to(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
-    spin = (a * across - float(axis @ base.rotor)) / along
-    velocity = np.cross(apex, change) + spin * apex
+    spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
+    if parameters.has("friction"):
+        point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
+    lost = point.friction / along * (trace.t - trace.t[0])
+    left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
+    velocity = np.cross(apex, change) + left[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")
     start = _start_at_zero(parameters, point, trace.t[0], attitude[0], rate[0])

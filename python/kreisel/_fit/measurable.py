@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from .._options.quantities import QUANTITIES, Quantity
-from .._results.specific_force import SPECIFIC_FORCE
+from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE
 
 _INTEGRALS = ("kowalewski", "goryachev_chaplygin")  # constant, or NaN for most bodies
 MEASURABLE: dict[str, Quantity] = {
     quantity.name: quantity
-    for quantity in (*QUANTITIES.values(), SPECIFIC_FORCE)
+    for quantity in (*QUANTITIES.values(), INERTIAL_VELOCITY, SPECIFIC_FORCE)
     if quantity.name not in _INTEGRALS
 }
 # Vectors that an instrument on the body sees in its own frame.
 SEEN_FROM_BODY = frozenset(
-    name for name in MEASURABLE if name.startswith("body_") or name == SPECIFIC_FORCE.name
+    name
+    for name in MEASURABLE
+    if name.startswith("body_") or name in (INERTIAL_VELOCITY.name, SPECIFIC_FORCE.name)
 )
 ANGULAR = frozenset(  # quantities in degrees and their powers of time
     name for name in MEASURABLE if MEASURABLE[name].dimension in ("T^-1", "T^-2")

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .._results.specific_force import INERTIAL_VELOCITY
 from .._utils.validation import Array
 from .parameters import Point
 from .records import Record, Series
@@ -20,7 +21,7 @@ from .rotations import (
     tilt_to,
 )
 
-_FEWEST = 8  # samples that a guess needs
+FEWEST = 8  # samples that a guess needs
 _OUTLIER = 8.0  # deviation from neighbours that is an outlier, relative to the usual one
 _OUTLIERS_MOST = 0.2  # share of outliers above which the deviations are the motion itself
 _NEIGHBOURS = 5  # samples of which the middle one is compared with the median of the others
@@ -37,15 +38,18 @@ class MotionData(NamedTuple):
     source       "attitude": the attitudes are known. "vertical": all but the heading is known.
                  "gyroscope": the first attitude is unknown. "space": seen from space, the principal
                  axes are unknown
+    is_at_rest   True if they are seen from the space at rest instead of a turning support
     """
 
     t: Array
     attitude: Array
     rate: Array
     source: str
+    is_at_rest: bool = False
 
     def select(self, count: int) -> MotionData:
-        return MotionData(self.t[:count], self.attitude[:count], self.rate[:count], self.source)
+        t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
+        return self._replace(t=t, attitude=attitude, rate=rate)
 
 
 class ApexTrace(NamedTuple):
@@ -64,11 +68,13 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
         if "q" in table:
             t, q = _select_stretch(record.t, table["q"])
             made += _motion_of_attitudes(t, multiply_quaternions(q, point.axes[None]))
-        if "body_velocity" in table:
-            t, w = _select_stretch(record.t, table["body_velocity"])
+        for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
+            t, w = _select_stretch(record.t, table[name])
             up = table.get("body_vertical")
             first = _first_vertical(record.t, up, t) if up is not None and len(t) else None
-            made += _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
+            found = _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
+            is_at_rest = name == INERTIAL_VELOCITY.name and bool(point.turning.any())
+            made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
             t, w = _select_stretch(record.t, table["velocity"])
             made += _motion_seen_from_space(t, w)
@@ -110,10 +116,10 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
         return None
     t, first = np.unique(t, return_index=True)
     e = e[first]
-    if len(t) >= _FEWEST:
+    if len(t) >= FEWEST:
         regular = _find_regular(e, is_attitude=False)
         t, e = t[regular], e[regular]
-    return (t, e) if len(t) >= _FEWEST else None
+    return (t, e) if len(t) >= FEWEST else None
 
 
 def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
@@ -123,7 +129,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     values = series.values[whole][first]
     regular = _find_regular(values, series.is_attitude)
     times, values = times[regular], values[regular]
-    if len(times) < _FEWEST:
+    if len(times) < FEWEST:
         return times[:0], values[:0]
     pauses = np.diff(times)
     ends = np.flatnonzero(pauses > _GAP * np.median(pauses)) + 1
@@ -138,7 +144,7 @@ def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
 
     Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.
     """
-    if len(values) < _FEWEST:
+    if len(values) < FEWEST:
         return np.ones(len(values), dtype=np.bool_)
     if is_attitude:  # q and -q are the same attitude
         steps = (values[1:] * values[:-1]).sum(axis=1)
@@ -160,7 +166,7 @@ def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
     """Return the motion of attitudes, with velocities from attitudes that are far enough apart."""
-    if len(t) < _FEWEST:
+    if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_between(q, 1)), axis=1))
     stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
@@ -176,7 +182,7 @@ def _between(q: Array, stride: int) -> Array:
 
 
 def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[MotionData]:
-    if len(t) < _FEWEST:
+    if len(t) < FEWEST:
         return []
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
@@ -197,7 +203,7 @@ def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
 
 
 def _motion_seen_from_space(t: Array, velocity: Array) -> list[MotionData]:
-    if len(t) < _FEWEST:
+    if len(t) < FEWEST:
         return []
     attitude = _accumulate(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]

@@ -104,7 +104,8 @@ class ShootingModel:
         is_first = begin == 0.0
         free = self.parameters.free if is_first else (*_START, *names)
         own = Parameters(self.parameters.scene, free, parts)
-        self.models.append(ResidualModel(own, parts, own_sigmas, float(end - begin)))
+        model = ResidualModel(own, parts, own_sigmas, float(end - begin), float(begin))
+        self.models.append(model)
         self.rows.append(np.concatenate(rows))
 
     def _number_columns(self) -> list[Indices]:
@@ -138,8 +139,7 @@ class ShootingModel:
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
-                rate = (rotation_matrix(q).T @ m - point.rotor) / point.moments
-                points[float(t)] = replace(point, attitude=q, rate=rate)
+                points[float(t)] = replace(point, attitude=q, rate=point.find_rate(q, m))
         return Pieces(tuple(points[float(t)] for t in edges))
 
     def move(self, pieces: Pieces, step: Array) -> Pieces:
@@ -184,17 +184,21 @@ class ShootingModel:
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
         rotation, moments = rotation_matrix(end.q), point.moments
-        momentum = rotation.T @ end.m
-        rate = (momentum - point.rotor) / moments
+        momentum, rate = rotation.T @ end.m, point.find_rate(end.q, end.m)
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
         p = self.models[k].parameters
         by_rate = np.concatenate((cross_matrix(momentum), rotation.T), axis=1) @ end.by
         by_rate /= moments[:, None]
+        support = point.turning @ rotation
+        by_rate -= cross_matrix(support) @ end.by[:3]
         if p.has("moments"):
-            by_rate[:, p.at("moments")] -= (rate / moments)[:, None] * p.moments_by_step()
+            whole = (rate + support) / moments
+            by_rate[:, p.at("moments")] -= whole[:, None] * p.moments_by_step()
         if p.has("rotor"):
             by_rate[:, p.at("rotor")] -= np.diag(1.0 / moments)
+        if p.has("turning"):
+            by_rate[:, p.at("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale

@@ -16,9 +16,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from .._model.body import Body
+from .._model.environment import advance_shaking
 from .._model.scene import Scene
+from .._results.specific_force import SPECIFIC_FORCE
 from .._utils.errors import unknown_name_message
-from .._utils.validation import Array, short_repr
+from .._utils.validation import Array, Vector, short_repr
 from .measurable import MEASURABLE
 from .records import Record
 from .rotations import (
@@ -41,7 +43,10 @@ FreeName = Literal[
     "gravity",
     "mass",
     "damping",
+    "friction",
     "rotor",
+    "turning",
+    "shaking",
     "axes",
 ]
 FREE: tuple[FreeName, ...] = get_args(FreeName)
@@ -49,8 +54,18 @@ Key = tuple[str, int, str]  # block, record or -1 for the motion, series or empt
 
 _AXES = "xyz"
 _INERTIA_RTOL = 1e-9  # moments of plates exceed the sum of the others by rounding
+_VECTORS = {  # {block: attribute of Point that changes by the step}
+    "velocity": "rate",
+    "com": "com",
+    "rotor": "rotor",
+    "turning": "turning",
+    "shaking": "shaking",
+}
+_JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
-_UNITS = {
+_NO_FRICTION = 1e-12  # friction by which none is replaced, relative to the energy of the scene
+_SHAKING = ("amplitude", "rate", "phase")
+_UNITS: dict[str, str | tuple[str, ...]] = {
     "attitude": "",
     "velocity": "T^-1",
     "moments": "M L^2",
@@ -59,7 +74,10 @@ _UNITS = {
     "gravity": "L T^-2",
     "mass": "M",
     "damping": "M L^2 T^-1",
+    "friction": "M L^2 T^-2",
     "rotor": "M L^2 T^-1",
+    "turning": "T^-1",
+    "shaking": ("L", "T^-1", ""),
     "axes": "",
     "mounting": "",
     "delay": "T",
@@ -73,10 +91,13 @@ class Point:
     """The values of all parameters, free or not, seen from the principal axes.
 
     attitude     quaternion from the principal axes to space
-    rate         angular velocity
+    rate         angular velocity relative to the support
     densities    (a, b, c) of the moments
     axes         quaternion from the principal axes to the frame of description
     rotor        momentum of the rotor
+    turning      angular velocity of the support, in space
+    shaking      amplitude, rate, and phase at the start of the motion
+    friction     dry friction about the apex
     instruments  the values of the properties of instruments
     """
 
@@ -89,6 +110,9 @@ class Point:
     damping: Array
     axes: Array
     rotor: Array
+    turning: Array
+    shaking: Array
+    friction: float
     instruments: dict[Key, Array]
 
     @cached_property
@@ -99,17 +123,29 @@ class Point:
         return safe
 
     @cached_property
+    def velocity_at_rest(self) -> Array:
+        """The angular velocity in the space at rest, seen from the principal axes."""
+        made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
+        return made
+
+    @cached_property
     def momentum(self) -> Array:
         """The angular momentum, seen from the principal axes."""
-        made: Array = self.moments * self.rate + self.rotor
+        made: Array = self.moments * self.velocity_at_rest + self.rotor
+        return made
+
+    def find_rate(self, q: Array, m: Array) -> Array:
+        """Return the angular velocity relative to the support in a state of the motion."""
+        rotation = rotation_matrix(q)
+        made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
 
     @property
     def weight(self) -> float:
         return self.mass * self.gravity
 
-    def to_scene(self) -> Scene:
-        """Return the scene in its principal axes."""
+    def to_scene(self, since: float = 0.0) -> Scene:
+        """Return the scene in its principal axes, whose start is at the time `since`."""
         body = Body(
             self.mass,
             self.moments,
@@ -124,7 +160,21 @@ class Point:
             body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
+            turning=self.turning,
+            shaking=self.shaking_since(since),
+            friction=self.friction,
         )
+
+    def shaking_since(self, t: float) -> Vector:
+        """Return the shaking of a scene that starts at the time t of the motion."""
+        amplitude, rate, phase = self.shaking.tolist()
+        return advance_shaking((amplitude, rate, phase), t)
+
+    def weigh(self, t: Array) -> Array:
+        """Return the acceleration along -e3 at times t, by gravity and by the shaking."""
+        amplitude, rate, phase = self.shaking
+        made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
+        return made
 
 
 def point_of_scene(scene: Scene) -> Point:
@@ -134,20 +184,23 @@ def point_of_scene(scene: Scene) -> Point:
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
     axes = np.array(body.axes)
     attitude = multiply_quaternions(np.array(scene.attitude), axes)
-    rotor = np.array(body.principal_rotor)
-    rate = (rotation_matrix(attitude).T @ np.array(scene.momentum) - rotor) / moments
-    return Point(
+    still = Point(
         attitude,
-        rate,
+        np.zeros(3),
         densities,
         np.array(body.principal_com),
         scene.gravity,
         body.mass,
         np.array(scene.damping, dtype=float),
         axes,
-        rotor,
+        np.array(body.principal_rotor),
+        np.array(scene.turning, dtype=float),
+        np.array(scene.shaking, dtype=float),
+        scene.friction,
         {},
     )
+    still.__dict__["moments"] = moments  # without the rounding error of the densities
+    return replace(still, rate=still.find_rate(attitude, np.array(scene.momentum)))
 
 
 def _is_physical(point: Point) -> bool:
@@ -163,8 +216,6 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
     names: set[str] = set()
     for name in given:
-        if str(name) == "friction":
-            raise ValueError("friction cannot be free: its stop has no derivatives")
         if name not in FREE:
             raise ValueError(unknown_name_message("name in free:", str(name), FREE))
         names |= {"attitude", "velocity"} if name == "start" else {name}
@@ -204,6 +255,7 @@ class Parameters:
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
             raise ValueError("lever is free, but com is the fixed point: free com instead")
+        self._check_support(length)
         self.lever = self.start.com / length if length > 0.0 else self.start.com
         self.slices: dict[Key, slice] = {}
         self.size = 0
@@ -218,6 +270,30 @@ class Parameters:
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
+    def _check_support(self, length: float) -> None:
+        """Raise ValueError for a support or friction without derivatives by the free parameters."""
+        start, free = self.start, self.free
+        if "shaking" in free and not start.shaking[1]:
+            raise ValueError(
+                "shaking is free, but its rate is 0: give a first guess (amplitude, rate, phase)"
+            )
+        if not ("friction" in free or start.friction):
+            return
+        is_turned = abs(start.axes[0]) != 1.0
+        for name in ("com", "axes", *(["moments"] if is_turned else [])):
+            if name in free and not length > 0.0:
+                raise ValueError(
+                    f"{name} cannot be free for a top with friction and com = 0: friction then "
+                    "acts about the third principal axis, which would change"
+                )
+        for record in self.records:
+            for series in record.series:
+                if series.quantity in _JUMPING:
+                    raise ValueError(
+                        f"{series.name} cannot be fitted for a top with friction, because it jumps "
+                        "where the spin stops: leave it out"
+                    )
+
     def _add(self, key: Key, count: int) -> None:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
@@ -225,7 +301,7 @@ class Parameters:
     def _count(self, name: str) -> int:
         if name in ("moments", "damping"):
             return int((self.moments if name == "moments" else self.damping).shape[1])
-        return 1 if name in ("lever", "gravity", "mass") else 3
+        return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
         """Add the columns of a property of an instrument, and return its first values."""
@@ -255,16 +331,12 @@ class Parameters:
             if name == "attitude":
                 moved = multiply_quaternions(point.attitude, exponential(by))
                 changes["attitude"] = normalize_quaternion(moved)
-            elif name == "velocity":
-                changes["rate"] = point.rate + by
+            elif name in _VECTORS:
+                changes[_VECTORS[name]] = getattr(point, _VECTORS[name]) + by
             elif name == "moments":
                 changes["densities"] = np.maximum(point.densities + self.moments @ by, 0.0)
             elif name == "damping":
                 changes["damping"] = np.maximum(point.damping + self.damping @ by, 0.0)
-            elif name == "com":
-                changes["com"] = point.com + by
-            elif name == "rotor":
-                changes["rotor"] = point.rotor + by
             elif name == "lever":
                 changes["com"] = point.com + self.lever * by
             elif name == "axes":
@@ -274,6 +346,12 @@ class Parameters:
                 changes[name] = float(getattr(point, name) + by[0])
         if "mass" in changes:
             changes["mass"] = max(float(changes["mass"]), 1e-3 * point.mass)
+        if "friction" in changes:
+            changes["friction"] = max(float(changes["friction"]), 0.0)
+        if "shaking" in changes:
+            moved = np.array(changes["shaking"])
+            moved[1] = max(moved[1], 1e-3 * point.shaking[1])
+            changes["shaking"] = moved
         instruments = self._move_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
@@ -297,6 +375,8 @@ class Parameters:
         ):
             if self.has(name):
                 made[self.at(name)] = columns.T @ values / columns.sum(axis=0)
+        if self.has("friction"):
+            made[self.at("friction")] = point.friction
         return made
 
     def moments_by_step(self) -> Array:
@@ -310,21 +390,7 @@ class Parameters:
         span  the length of the records [T]
         """
         made = np.ones(self.size)
-        rate = float(np.linalg.norm(point.rate)) or 1.0 / span
-        moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
-        density = self.moments.T @ point.densities / self.moments.sum(axis=0)
-        slowest = 0.01 * moments.max() / span
-        sizes = {
-            "velocity": rate,
-            "moments": np.minimum(moments.max(), np.maximum(100.0 * density, 1e-3 * moments.min())),
-            "com": lever,
-            "lever": lever,
-            "gravity": abs(point.gravity) or 1.0,
-            "mass": point.mass,
-            "damping": max(float(point.damping.max()), float(slowest)),
-            "rotor": max(float(np.linalg.norm(point.rotor)), float(moments.max()) * rate),
-            "delay": 1.0 / rate,
-        }
+        sizes = self._natural_sizes_by_name(point, span)
         for (name, i, label), at in self.slices.items():
             if name in sizes:
                 made[at] = sizes[name]
@@ -332,8 +398,51 @@ class Parameters:
                 made[at] = next(s.spread for s in self.records[i].series if s.name == label)
         return made
 
-    def to_scene(self, point: Point) -> Scene:
-        """Return the scene of a point, in the frame of description of the user's body."""
+    def _natural_sizes_by_name(self, point: Point, span: float) -> dict[str, float | Array]:
+        rate = float(np.linalg.norm(point.rate)) or 1.0 / span
+        moments, lever = point.moments, float(np.linalg.norm(point.com)) or 1.0
+        density = self.moments.T @ point.densities / self.moments.sum(axis=0)
+        largest = float(moments.max())
+        slowest = 0.01 * largest / span
+        made = {
+            "velocity": rate,
+            "moments": np.minimum(largest, np.maximum(100.0 * density, 1e-3 * moments.min())),
+            "com": lever,
+            "lever": lever,
+            "gravity": abs(point.gravity) or 1.0,
+            "mass": point.mass,
+            "damping": max(float(point.damping.max()), slowest),
+            "friction": max(point.friction, slowest * rate),
+            "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
+            "turning": max(float(np.linalg.norm(point.turning)), rate),
+            "delay": 1.0 / rate,
+        }
+        if self.has("shaking"):
+            amplitude, pace, _ = np.abs(point.shaking)
+            made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
+        return made
+
+    def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
+        """Return the scene in its principal axes, with a least friction if friction is free.
+
+        There are no derivatives by a friction of 0.
+        """
+        if self.has("friction") and not point.friction:
+            point = replace(point, friction=self._least_friction)
+        return point.to_scene(since)
+
+    @cached_property
+    def _least_friction(self) -> float:
+        start = self.start
+        moving = float(start.moments.max()) * float(start.rate @ start.rate)
+        energy = moving + abs(start.weight) * float(np.linalg.norm(start.com))
+        return _NO_FRICTION * (energy or float(start.moments.max()))
+
+    def to_scene(self, point: Point, since: float = 0.0) -> Scene:
+        """Return the scene of a point, in the frame of description of the user's body.
+
+        since  the time of the start of the scene, which the phase of the shaking takes into account
+        """
         old = self.scene.body
         turned = rotation_matrix(point.axes)
         is_kept = not (self.has("moments") or self.has("axes"))
@@ -365,6 +474,9 @@ class Parameters:
             attitude=normalize_quaternion(attitude),
             gravity=point.gravity,
             damping=point.damping if is_diagonal else order @ point.damping,
+            turning=point.turning,
+            shaking=point.shaking_since(since),
+            friction=point.friction,
         )
 
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
@@ -380,7 +492,7 @@ class Parameters:
             words = self._describe_block(key, at.stop - at.start)
             names += words
             unit = self._series_unit(i, label) if name == "bias" else _UNITS[name]
-            units += [unit] * len(words)
+            units += [unit] * len(words) if isinstance(unit, str) else unit
             if i >= 0:
                 value = point.instruments[key]
                 values[at] = logarithm(value) if name == "mounting" else value
@@ -402,6 +514,8 @@ class Parameters:
         head = f"{name}[{i}]" if i >= 0 else "body_velocity" if name == "velocity" else name
         if label:
             head += f".{label}"
+        if name == "shaking":
+            return [f"{head}_{part}" for part in _SHAKING]
         if count == 1:
             return [head]
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
@@ -414,9 +528,11 @@ class Parameters:
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
             return logarithm(multiply_quaternions(point.attitude, back))
-        if name in ("velocity", "com", "rotor"):
-            vectors = {"velocity": point.rate, "com": point.com, "rotor": point.rotor}
-            vector = vectors[name]
+        if name in ("turning", "shaking"):
+            seen: Array = getattr(point, name)
+            return seen
+        if name in _VECTORS:
+            vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
             if self.has("axes"):
                 rows[:, self.at("axes")] = -turned @ cross_matrix(vector)

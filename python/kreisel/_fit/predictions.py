@@ -7,6 +7,7 @@ the frame of description.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from .._core import derivatives, values
 from .._core import tangents as TANGENTS
-from .._results.specific_force import SPECIFIC_FORCE, specific_force
+from .._results.specific_force import INERTIAL_VELOCITY, SPECIFIC_FORCE, specific_force
 from .._utils.validation import Array
 from .measurable import MEASURABLE, SEEN_FROM_BODY
 from .parameters import Parameters, Point
@@ -28,7 +29,7 @@ from .rotations import (
 )
 
 _POLE = 1e-9  # least distance from a pole at which an angle about the vertical has a derivative
-_START = TANGENTS["start"][0]
+_START, _SHAKING = TANGENTS["start"][0], TANGENTS["shaking"][0]
 _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
@@ -54,6 +55,7 @@ class Motion:
     bits       the numbers of the scene
     transform  (c, size) derivatives of these numbers by the free parameters
     has_rate   True if derivatives by time are needed
+    origin     the time of the motion at which the scene begins
     """
 
     parameters: Parameters
@@ -64,6 +66,7 @@ class Motion:
     bits: int
     transform: Array
     has_rate: bool
+    origin: float = 0.0
 
     @property
     def q(self) -> Array:
@@ -86,13 +89,19 @@ class Motion:
     @cached_property
     def flow(self) -> Array:
         """The rates of change (n, 6) of the attitude, as a rotation vector, and of m."""
+        rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
-        drag = rotation_matrix(self.q) @ (self.point.damping * rate)[:, :, None]
-        torque = values("torque", self.block, self.states)
-        return np.concatenate((rate, torque - drag[:, :, 0]), axis=1)
+        change = values("body_acceleration", self.block, self.states)
+        # the velocity of the support, seen from the body, changes by the rotation of the body
+        change += np.cross(self.point.turning @ rotation, rate)
+        own = (m[:, None] @ rotation)[:, 0]
+        gain = self.point.moments * change + np.cross(rate, own)
+        return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
         """Return a quantity; `place` is the position of the accelerometer, for specific_force."""
+        if name == INERTIAL_VELOCITY.name:
+            return self._describe(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
@@ -108,10 +117,16 @@ class Motion:
         if self.tangents.shape[2]:
             by = self._differentiate(name, self.bits, self.tangents) @ self.transform
         if self.has_rate:
-            along = np.zeros((n, 6, 6))
-            along[:, :, 0] = self.flow
-            rate = self._differentiate(name, _START, along)[:, :, 0]
+            rate = self._differentiate_by_time(name)
         return Prediction(found, by, rate)
+
+    def _differentiate_by_time(self, name: str) -> Array:
+        pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
+        along = np.zeros((len(self.states), 6, 9 if pace else 6))
+        along[:, :, 0] = self.flow
+        made = self._differentiate(name, _START | (_SHAKING if pace else 0), along)
+        # time changes a quantity by the state and by the phase of the shaking
+        return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
         """Return the core's derivatives (n, k, c) of a quantity, with zeros where none exist."""
@@ -142,9 +157,12 @@ class Motion:
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the place r, with the vertical V."""
-        names = ("body_acceleration", "body_velocity", "body_vertical")
-        change, rate, up = (self._describe(self._call_core(name)) for name in names)
-        found = specific_force(change.values, rate.values, up.values, self.point.gravity, place)
+        change = self._describe(self._predict_inertial_acceleration())
+        rate = self._describe(self._predict_inertial_velocity())
+        up = self._describe(self._call_core("body_vertical"))
+        t = self.origin + self.states[:, 0]
+        weight = self.point.weigh(t)
+        found = specific_force(change.values, rate.values, up.values, weight, place)
         by_change = -cross_matrix(place)
         w = rate.values
         by_rate = (
@@ -154,13 +172,62 @@ class Motion:
         )
         by, along = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
         if change.by.size:
-            by = by_change @ change.by + by_rate @ rate.by + self.point.gravity * up.by
-            if self.parameters.has("gravity"):
-                by[:, :, self.parameters.at("gravity")] += up.values[:, :, None]
+            by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
+            for name, gain in self._differentiate_weight(t):
+                by[:, :, self.parameters.at(name)] += up.values[:, :, None] * gain[:, None]
         if self.has_rate:
-            along = change.rate @ by_change.T + self.point.gravity * up.rate
+            along = change.rate @ by_change.T + weight[:, None] * up.rate
             along += (by_rate @ rate.rate[:, :, None])[:, :, 0]
+            amplitude, pace, phase = self.point.shaking
+            along += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * up.values
         return Prediction(found, by, along)
+
+    def _differentiate_weight(self, t: Array) -> Iterator[tuple[str, Array]]:
+        """Yield the derivatives (n, k) of the acceleration along -e3 by its free parameters."""
+        if self.parameters.has("gravity"):
+            yield "gravity", np.ones((len(t), 1))
+        if self.parameters.has("shaking"):
+            amplitude, pace, phase = self.point.shaking
+            angle = pace * t + phase
+            sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
+            by_rate = t * sine - 2.0 * amplitude * pace * cosine
+            yield "shaking", np.stack((-(pace**2) * cosine, by_rate, sine), axis=-1)
+
+    @property
+    def _is_on_turning_support(self) -> bool:
+        return self.parameters.has("turning") or bool(self.point.turning.any())
+
+    @cached_property
+    def _support(self) -> Prediction:
+        """The angular velocity of the support, seen from the principal axes."""
+        rotation = rotation_matrix(self.q)
+        found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
+        if self.tangents.shape[2]:
+            by = cross_matrix(found) @ self.attitude_by
+            if self.parameters.has("turning"):
+                by[:, :, self.parameters.at("turning")] += np.swapaxes(rotation, 1, 2)
+        rate = np.cross(found, self.flow[:, :3]) if self.has_rate else np.empty((len(rotation), 0))
+        return Prediction(found, by, rate)
+
+    def _predict_inertial_velocity(self) -> Prediction:
+        """Return the angular velocity in the space at rest, seen from the principal axes."""
+        relative = self._call_core("body_velocity")
+        if not self._is_on_turning_support:
+            return relative
+        return Prediction(*map(np.add, relative, self._support))
+
+    def _predict_inertial_acceleration(self) -> Prediction:
+        """Return the derivative U' + O x U by time of the inertial velocity U + O."""
+        relative = self._call_core("body_acceleration")
+        if not self._is_on_turning_support:
+            return relative
+        (u, u_by, u_rate), (o, o_by, o_rate) = self._call_core("body_velocity"), self._support
+        found, by, rate = relative
+        if by.size:
+            by = by + cross_matrix(o) @ u_by - cross_matrix(u) @ o_by
+        if rate.size:
+            rate = rate + np.cross(o, u_rate) + np.cross(o_rate, u)
+        return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
         """Return the angle by which the frame of description, not the principal axes, is turned."""

@@ -103,6 +103,7 @@ class ResidualModel:
     size         the number of residuals; rows that were not measured are zero
     evaluations  the number of paths computed so far
     end          the state at the time `end` of the last evaluated point, if `end` was given
+    origin       the time of the motion from which the times of the records count
     """
 
     def __init__(
@@ -111,8 +112,9 @@ class ResidualModel:
         records: Sequence[Record],
         sigmas: Sequence[Array],
         end: float | None = None,
+        origin: float = 0.0,
     ) -> None:
-        self.parameters, self.records = parameters, tuple(records)
+        self.parameters, self.records, self.origin = parameters, tuple(records), origin
         self.rows = list_rows(records, sigmas)
         self.size = self.rows[-1].at.stop
         self.measured = np.concatenate([rows.mask.ravel() for rows in self.rows])
@@ -146,7 +148,7 @@ class ResidualModel:
 
     def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
         times, where = self._shift_times(point)
-        scene = point.to_scene()
+        scene = self.parameters.to_differentiable_scene(point, self.origin)
         states, tangents = self._solve(scene, times, self._tangents if has_jacobian else ())
         transform = self._by_parameters(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
@@ -158,7 +160,7 @@ class ResidualModel:
         for i, record in enumerate(self.records):
             own = states[where[i]], tangents[where[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
-            motion = Motion(self.parameters, point, scene._block, *own, has_rate)
+            motion = Motion(self.parameters, point, scene._block, *own, has_rate, self.origin)
             for rows in self.rows:
                 if rows.record == i:
                     builder = _RowBuilder(rows, motion, record.point)
@@ -227,10 +229,13 @@ class ResidualModel:
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
+                if point.turning.any():
+                    support = cross_matrix(point.turning @ rotation)
+                    made[3:6, at] += (rotation * point.moments) @ support
             elif name == "velocity":
                 made[3:6, at] = rotation * point.moments
             elif name == "moments":
-                made[3:6, at] = (rotation * point.rate) @ p.moments_by_step()
+                made[3:6, at] = (rotation * point.velocity_at_rest) @ p.moments_by_step()
                 made[places[name], at] = p.moments_by_step()
             elif name == "lever":
                 made[places["com"], at] = p.lever[:, None]
@@ -241,6 +246,10 @@ class ResidualModel:
                 made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
+        if p.has("turning"):
+            made[3:6, p.at("turning")] = (rotation * point.moments) @ rotation.T
+        if p.has("shaking"):  # the phase at the origin depends on the rate
+            made[places["shaking"].stop - 1, p.at("shaking").start + 1] = self.origin
         return made
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_aliases
@@ -37,7 +38,13 @@ _MEDIAN_SPREAD = 2.34  # its standard deviation for one normally distributed res
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _SAME = 1e-6  # relative difference of equal costs
-_BLIND_TO_SIGN = {"body_velocity", "body_acceleration", "body_momentum", "kinetic"}
+_BLIND_TO_SIGN = {
+    "body_velocity",
+    "inertial_velocity",
+    "body_acceleration",
+    "body_momentum",
+    "kinetic",
+}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -123,6 +130,22 @@ class SearchSession:
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
+    def check_start(self) -> None:
+        """Raise ValueError if no motion fits, and friction holds the scene's top at its start.
+
+        Many motions before the start then lead to it.
+        """
+        if self._is_good():
+            return
+        try:
+            self.solve_guess()
+        except Error as error:
+            if error.status == "ERR_STOPPED":
+                raise ValueError(
+                    "the records begin before the start at t = 0, where friction holds the top, "
+                    "and many motions lead there: subtract the first time from t"
+                ) from None
+
     def check_records(self) -> None:
         """Raise ValueError for too few numbers, and for records far from the start at t = 0."""
         times = np.concatenate([record.t for record in self.records])
@@ -162,8 +185,11 @@ class SearchSession:
                 self._shoot(found, None, _CHAOTIC)
             if is_single and not self._is_good():
                 self._search_until_excellent(found if is_done else [*found, own])
-            if pieces != 1 and not self._is_good():
-                self._shoot(found, pieces, _UNSTABLE if pieces is None else 2)
+            if pieces is None and not self._is_good():
+                self._shoot(found, None, _UNSTABLE)
+            elif not is_single:
+                agrees = agreement >= self._end
+                self._shoot([] if agrees else self._sort_by_agreement(found), pieces, 2)
         if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
             self._split_chaotic(self.best.point)
         self._choose_sign()
@@ -198,7 +224,13 @@ class SearchSession:
         guess of the moments, and thus the frequencies.
         """
         body = self.parameters.start
-        own = replace(point, densities=body.densities, com=body.com, damping=body.damping)
+        own = replace(
+            point,
+            densities=body.densities,
+            com=body.com,
+            damping=body.damping,
+            friction=body.friction,
+        )
         self._search_from(own, 0.0)
 
     def _prepare(self, guess: Guess) -> Point:
@@ -393,6 +425,8 @@ class SearchSession:
                 continue
             if count == self._piece_count:
                 return  # these pieces have been tried
+            if least == _CHAOTIC and self._agrees_with_any(guesses):
+                return
             self._piece_count = count
             if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
                 return
@@ -403,6 +437,18 @@ class SearchSession:
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
             self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
+
+    def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
+        """Return the guesses in the order of their agreement with the records."""
+        found = [(*self._find_agreement(guess.point), guess) for guess in guesses]
+        return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
+
+    def _agrees_with_any(self, guesses: list[Guess]) -> bool:
+        """Return True if the motion of some guess agrees with all records.
+
+        Other guesses may be so wrong that only their motions seem chaotic.
+        """
+        return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
         """Return True if a part of the records can be fitted by pieces with large gaps."""

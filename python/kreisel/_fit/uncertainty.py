@@ -139,15 +139,18 @@ def measure_nonlinearity(
 ) -> float:
     """Return the deviation from 1 of the rise of chi2 at one sigma, relative to a linear model.
 
-    The rise is taken along the least certain direction, in the sense with the larger deviation. One
-    sigma includes the inflation of the errors.
+    The rise is taken along the least certain direction, in the sense with the larger deviation
+    within the bounds. One sigma includes the inflation of the errors.
     """
     if not spectrum.factor.size:
         return 0.0
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
+    room = model.distances(point)
     for sign in (1.0, -1.0):
+        if (-sign * step > room).any():
+            continue
         there = model.evaluate(model.move(point, sign * step), has_jacobian=False).residuals
         with np.errstate(invalid="ignore"):
             rise = float(there @ there - residuals @ residuals)

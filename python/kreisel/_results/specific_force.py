@@ -1,12 +1,26 @@
-"""The specific force at a point of the body, which an accelerometer measures."""
+"""What instruments on the body measure: angular velocity and specific force in the space at rest.
+
+With the angular velocity U relative to the support and that of the support, O, both seen from the
+body, the angular velocity in the space at rest is W = U + O. Since O is constant in the turning
+space, O' = O x U and W' = U' + O x U.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from .. import quaternion
 from .._options.quantities import Quantity
 from .._utils.validation import Array
 
+INERTIAL_VELOCITY = Quantity(
+    "inertial_velocity",
+    3,
+    [f"inertial_velocity_{axis}" for axis in "xyz"],
+    False,
+    "T^-1",
+    "angular velocity in the space at rest, seen from the frame of the body",
+)
 SPECIFIC_FORCE = Quantity(
     "specific_force",
     3,
@@ -17,7 +31,20 @@ SPECIFIC_FORCE = Quantity(
 )
 
 
-def specific_force(change: Array, rate: Array, up: Array, gravity: float, place: Array) -> Array:
-    """Return W' x r + W x (W x r) + g V at the place r, from W', W and the vertical V (n, 3)."""
-    made: Array = np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + gravity * up
+def see_from_body(q: Array, vector: Array) -> Array:
+    """Return a constant vector of space, seen from the frames with the attitudes q (n, 4)."""
+    w, x, y, z = q.T
+    a, b, c = (np.full(len(q), component) for component in vector)
+    return np.stack(quaternion.turn_back((w, x, y, z), (a, b, c)), axis=-1)
+
+
+def specific_force(
+    change: Array, rate: Array, up: Array, weight: float | Array, place: Array
+) -> Array:
+    """Return W' x r + W x (W x r) + g V at the place r, from W', W and the vertical V (n, 3).
+
+    weight  g, the acceleration by gravity and by the shaking of the support, a number or (n,)
+    """
+    lifted = np.asarray(weight)[..., None] * up
+    made: Array = np.cross(change, place) + np.cross(rate, np.cross(rate, place)) + lifted
     return made

@@ -18,7 +18,7 @@ from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
 from .core_calls import Origin
-from .specific_force import specific_force
+from .specific_force import see_from_body, specific_force
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "stat
     "animate": ["q", "apex"],
     "end": ["states"],
     "scene_at": ["states"],
+    "inertial_velocity": ["body_velocity"],
     "specific_force": ["body_acceleration", "body_velocity", "body_vertical"],
     "modified_energy": ["states"],
     "modified_energy4": ["states"],
@@ -269,11 +270,24 @@ class States(QuantityAttributes):
 
         return Attitudes(self.q_xyzw)
 
+    @property
+    def inertial_velocity(self) -> Array:
+        """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
+
+        It is relative to the space at rest, and seen from the frame of the body. It differs from
+        `body_velocity` on a turning support only.
+        """
+        if not any(self.scene.turning):
+            return self.body_velocity
+        support = see_from_body(self.q, np.array(self.scene.turning))
+        return read_only(self.body_velocity + support)
+
     def specific_force(self, point: ArrayLike) -> Array:
         """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
 
         This is the acceleration of the point minus that of gravity, seen from the frame of the
-        body. At the fixed point, the result is gravity with the opposite sign.
+        body. At the fixed point, the result is gravity with the opposite sign. It includes the
+        acceleration of a support that turns or shakes.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)
@@ -283,8 +297,14 @@ class States(QuantityAttributes):
         point  its place from the fixed point, in the frame of the body [L]
         """
         place = np.array(as_vector("point", point))
-        motion = self.body_acceleration, self.body_velocity, self.body_vertical
-        return read_only(specific_force(*motion, self.scene.gravity, place))
+        scene, rate, change = self.scene, self.inertial_velocity, self.body_acceleration
+        if any(scene.turning):
+            change = change + np.cross(rate - self.body_velocity, self.body_velocity)
+        weight: float | Array = scene.gravity
+        if scene._is_shaken:
+            amplitude, pace, phase = scene.shaking
+            weight = weight - amplitude * pace**2 * np.cos(pace * self.t + phase)
+        return read_only(specific_force(change, rate, self.body_vertical, weight, place))
 
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].

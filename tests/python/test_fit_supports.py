@@ -1,0 +1,300 @@
+"""Fits of tops with friction and on moving supports, to records by SciPy and by formulas."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from fits import HEAVY, SYMMETRIC, gyroscope
+from kreisel._fit.multiple_shooting import ShootingModel
+from kreisel._fit.parameters import Parameters, parse_free
+from moving_tops import Motion
+
+scipy_integrate = pytest.importorskip("scipy.integrate")
+curve_fit = pytest.importorskip("scipy.optimize").curve_fit
+
+SIGMA = 0.01
+TURNING = (0.3, -0.2, 1.5)
+SHAKING = (0.02, 15.0, 0.4)
+ROTOR = HEAVY.body.with_rotor(spin=5.0, inertia=0.3, axis=(1.0, 2.0, -1.0))
+GUESS = kr.Scene(
+    kr.Body(1.0, (1.0, 1.1, 1.2), com=(0.0, 0.0, 0.3), unphysical=True),
+    momentum=(0, 0, 1),
+    gravity=9.81,
+)
+HEADING = "the heading: a rotation of the start about the vertical"
+
+
+def integrate(scene, t):
+    """Return the attitudes and the relative velocities of a top without friction, by SciPy."""
+    motion = Motion(scene)
+    begin = np.array([*scene.attitude, *scene.momentum])
+    found = scipy_integrate.solve_ivp(
+        lambda t, y: motion.rates(t, y, 0.0),
+        (t[0], t[-1]),
+        begin,
+        "DOP853",
+        t,
+        rtol=1e-9,
+        atol=1e-9,
+    )
+    q = found.y[:4].T / np.linalg.norm(found.y[:4], axis=0)[:, None]
+    return q, np.array([motion.relative(y) for y in found.y.T])
+
+
+def rotate_randomly(q, rng):
+    turned = SIGMA * rng.normal(size=(len(q), 3)).T
+    half = 0.5 * np.linalg.norm(turned, axis=0)
+    small = (np.cos(half), *(0.5 * np.sinc(half / np.pi) * turned))
+    return np.stack(kr.quaternion.multiply(tuple(q.T), small), axis=-1)
+
+
+def simulate(scene, seed, end=3.0, n=150):
+    """Return records of the attitude and of the relative velocity, seen from the body."""
+    t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
+    q, velocity = integrate(scene, t)
+    seen = velocity + SIGMA * rng.normal(size=velocity.shape)
+    return kr.Record(t, {"q": rotate_randomly(q, rng), "body_velocity": seen}, SIGMA)
+
+
+def run_down(t, spin, damping, friction, moment):
+    """Return the spin of a sleeping top."""
+    decay = np.exp(-damping / moment * t)
+    return np.maximum(spin * decay - friction * (1.0 - decay) / damping, 0.0)
+
+
+def is_near(fit, expected, most=4.0):
+    return all(abs(fit.values[name] - value) < most * fit.error[name] for name, value in expected)
+
+
+@pytest.mark.parametrize("loss", ["linear", "soft"])
+def test_the_spin_that_runs_down_tells_friction_and_damping(loss):
+    top = kr.Scene.spinning(SYMMETRIC.body, spin=20.0, tilt=0.0, gravity=9.81, damping=0.05)
+    t, truth = np.linspace(0.0, 10.0, 200), (20.0, 0.1, 1.0)
+    rng = np.random.default_rng(3)
+    spin = run_down(t, *truth, 0.6) + SIGMA * rng.normal(size=200)
+    assert (spin[-30:] < 0.1).all()  # the record reaches past the stop
+    values, covariance = curve_fit(
+        lambda t, *p: run_down(t, *p, 0.6), t, spin, (19.0, 0.05, 0.8), np.full(200, SIGMA), True
+    )
+    for friction in (0.0, 0.8):
+        guess = top.replace(friction=friction)
+        record = kr.Record(t, {"spin": spin}, SIGMA)
+        fit = kr.fit(guess, record, ("velocity", "damping", "friction"), loss=loss)
+        assert 0.7 < fit.chi2 / fit.dof < 1.2
+        pairs = (("body_velocity_z", 0), ("damping_1 = damping_2 = damping_3", 1), ("friction", 2))
+        for name, k in pairs:
+            error = covariance[k, k] ** 0.5
+            assert abs(fit.values[name] - values[k]) < (0.01 if loss == "linear" else 1.0) * error
+            assert fit.error[name] == pytest.approx(error, rel=0.02 if loss == "linear" else 0.2)
+
+
+@pytest.mark.parametrize("truth", [0.0, 0.7])
+def test_curve_fit_finds_the_same_friction_of_a_heavy_top(truth):
+    scene = HEAVY.replace(friction=truth)
+    record = gyroscope(scene, end=6.0, n=100)
+    [series] = record.series
+
+    def model(_, spin, friction):
+        there = HEAVY.replace(body_velocity=(3.0, 2.0, spin), friction=abs(friction))
+        return kr.solve(there, record.t).body_velocity.ravel()
+
+    fit = kr.fit(scene.replace(friction=0.3), record, ("velocity", "friction"))
+    values, covariance = curve_fit(
+        model, record.t, series.values.ravel(), (12.0, 0.3), np.full(300, 0.02)
+    )
+    error = covariance[1, 1] ** 0.5
+    assert is_near(fit, [("friction", truth), ("body_velocity_z", 12.0), ("body_velocity_x", 3.0)])
+    assert abs(fit.values["friction"] - abs(values[1])) < 2.0 * error
+
+
+def test_a_fit_at_the_bound_of_friction_says_so():
+    t = np.linspace(0.0, 3.0, 100)
+    driven = kr.solve(SYMMETRIC, t).spin + 0.02 * t  # a motor drives the top a little
+    fit = kr.fit(SYMMETRIC, kr.Record(t, {"spin": driven}, 0.1), ("velocity", "friction"))
+    assert fit.values["friction"] == 0.0 == fit.scene.friction
+    assert fit.at_bound == ("friction is zero: negative friction is excluded",)
+    assert "At a bound: friction is zero" in str(fit) and np.isfinite(fit.error["friction"])
+    assert fit.nonlinearity < 100.0
+
+
+@pytest.mark.parametrize(
+    "words, start",
+    [
+        ({"turning": TURNING}, {}),
+        ({"shaking": SHAKING}, {"shaking": (0.01, 15.0, 0.0)}),
+        ({"turning": TURNING, "shaking": SHAKING}, {"shaking": (0.01, 15.0, 0.0)}),
+    ],
+)
+@pytest.mark.parametrize("free", ["fixed", "free"])
+def test_fits_on_moving_supports(words, start, free):
+    records = simulate(HEAVY.replace(**words), 5)
+    guess = GUESS.replace(**(words if free == "fixed" else start))
+    names = ("start", "moments", "com", *(words if free == "free" else ()))
+    fit = kr.fit(guess, records, names)
+    assert 0.8 < fit.chi2 / fit.dof < 1.2
+    [scale] = fit.unidentified
+    assert scale == "the scale of the moments: moments, damping and com may all have one factor"
+    expected = {}
+    if free == "free" and "turning" in words:
+        expected |= dict(zip(("turning_x", "turning_y", "turning_z"), TURNING, strict=True))
+    if free == "free" and "shaking" in words:
+        parts = ("shaking_amplitude", "shaking_rate", "shaking_phase")
+        expected |= dict(zip(parts, SHAKING, strict=True))
+    assert is_near(fit, expected.items())
+    ratios = fit.moment_ratios
+    for name, value in (("I1 / I3", 1.0 / 0.6), ("I2 / I3", 1.3 / 0.6)):
+        assert abs(ratios[name][0] - value) < 4.0 * ratios[name][1] < 0.05
+
+
+def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
+    table = HEAVY.replace(turning=(0.0, 0.0, 2.0))
+    t = np.linspace(0.0, 3.0, 150)
+    at_rest = HEAVY.replace(momentum=table.momentum)  # the same motion, seen from the space at rest
+    noise = SIGMA * np.random.default_rng(7).normal(size=(150, 3))
+    values = kr.solve(at_rest, t).body_velocity + noise
+    guess, free = GUESS.replace(turning=(0.0, 0.0, 2.0)), ("start", "moments", "com")
+    right = kr.fit(guess, kr.Record(t, {"inertial_velocity": values}, SIGMA), free)
+    plain = kr.fit(GUESS, kr.Record(t, {"body_velocity": values}, SIGMA), free)
+    assert right.chi2 == pytest.approx(plain.chi2, rel=1e-6)
+    assert right.moment_ratios["I1 / I3"] == pytest.approx(plain.moment_ratios["I1 / I3"], rel=1e-5)
+    turned = kr.solve(plain.scene, [0.0]).body_vertical, kr.solve(right.scene, [0.0]).body_vertical
+    assert np.abs(turned[0] - turned[1]).max() < 1e-5
+
+
+def test_the_trace_of_the_tip_on_a_turntable_needs_no_start():
+    """The tip of a symmetric top at rest, seen from a turntable."""
+    rate, t = 0.7, np.linspace(0.0, 4.0, 200)
+    x, y, z = kr.solve(SYMMETRIC, t).apex.T
+    sine, cosine = np.sin(rate * t), np.cos(rate * t)
+    seen = np.stack((cosine * x + sine * y, cosine * y - sine * x, z), axis=-1)
+    seen += 0.005 * np.random.default_rng(4).normal(size=seen.shape)
+    body = kr.Body.symmetric(1.0, 1.7, 1.5, 0.4, unphysical=True)
+    guess = kr.Scene(body, momentum=(0, 0, 1), gravity=9.81, turning=(0.0, 0.0, rate))
+    fit = kr.fit(guess, kr.Record(t, {"apex": seen}, 0.005), ("start", "moments"))
+    assert 0.8 < fit.chi2 / fit.dof < 1.2
+    assert abs(fit.values["I1 = I2"] - 1.0) < 4.0 * fit.error["I1 = I2"] < 0.05
+
+
+def test_the_trace_of_a_tip_past_the_stop_needs_no_start():
+    top = SYMMETRIC.replace(friction=1.5)
+    path = kr.solve(top, np.linspace(0.0, 10.0, 400), events=[kr.events.stopped()])
+    assert 7.0 < path.events.t[0] < 9.0
+    apex = path.apex + 0.005 * np.random.default_rng(1).normal(size=path.apex.shape)
+    body = kr.Body.symmetric(1.0, 1.7, 1.5, 0.4, unphysical=True)
+    guess = kr.Scene(body, momentum=(0, 0, 1), gravity=9.81)
+    record = kr.Record(path.t, {"apex": apex}, 0.005)
+    fit = kr.fit(guess, record, ("start", "moments", "friction"))
+    assert 0.8 < fit.chi2 / fit.dof < 1.2
+    assert is_near(fit, [("friction", 1.5), ("I1 = I2", 1.0)])
+    assert fit.error["friction"] < 0.01
+
+
+def test_rotor_friction_and_turning_are_found_together():
+    scene = HEAVY.replace(body=ROTOR, friction=1.0, turning=(0.0, 0.0, 0.5))
+    path = kr.solve(scene, np.linspace(0.0, 3.0, 150))
+    rng = np.random.default_rng(2)
+    noisy = path.inertial_velocity + SIGMA * rng.normal(size=(150, 3))
+    attitudes = kr.Record(path.t + 0.01, {"q": rotate_randomly(path.q, rng)}, SIGMA, free="delay")
+    records = [kr.Record(path.t, {"inertial_velocity": noisy}, SIGMA), attitudes]
+    guess = scene.replace(friction=0.5, turning=(0.0, 0.1, 0.2))
+    fit = kr.fit(guess, records, ("start", "rotor", "friction", "turning"))
+    rotor = zip(("rotor_x", "rotor_y", "rotor_z"), scene.body.rotor, strict=True)
+    expected = [("friction", 1.0), ("turning_z", 0.5), ("delay[1]", 0.01), *rotor]
+    assert is_near(fit, expected) and 0.8 < fit.chi2 / fit.dof < 1.2
+
+
+def test_pieces_keep_the_phase_of_the_shaking():
+    scene = HEAVY.replace(body=ROTOR, turning=TURNING, shaking=SHAKING, friction=0.5)
+    record = gyroscope(scene, n=120, sigma=0.02)
+    free = ("start", "turning", "shaking", "friction")
+    single, pieces = (kr.fit(scene, record, free, pieces=k) for k in (1, 3))
+    assert len(pieces.piece_starts) == 3
+    for name in single.names:
+        assert abs(pieces.values[name] - single.values[name]) < 0.05 * single.error[name]
+    assert np.abs(pieces.path.body_velocity - single.path.body_velocity).max() < 1e-3
+
+
+@pytest.mark.parametrize("words", [{"turning": TURNING}, {"shaking": SHAKING}, {"friction": 0.5}])
+def test_gaps_between_pieces_have_right_derivatives(words):
+    scene = HEAVY.replace(body=ROTOR, **words)
+    record = gyroscope(scene, n=60, sigma=0.05)
+    parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
+    model = ShootingModel(parameters, [record], [record.series[0].sigma], 3)
+    pieces = model.start_along(parameters.start)
+    assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
+    natural = np.minimum(model.natural_sizes(pieces), 1.0)
+    jacobian = model.evaluate(pieces).jacobian * natural
+    for k in range(model.width):
+        step = 1e-5 * natural * (np.arange(model.width) == k)
+        there = [model.evaluate(model.move(pieces, sign * step)).residuals for sign in (1.0, -1.0)]
+        difference = (there[0] - there[1]) / 2e-5
+        assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
+
+
+def test_blind_directions_are_named():
+    top = kr.Scene(
+        kr.Body(1.0, (1.0, 1.3, 0.6), (0, 0, 0), unphysical=True),
+        body_velocity=(1.0, 2.0, 5.0),
+        friction=0.4,
+    )
+    fit = kr.fit(top, gyroscope(top), ("start", "moments", "friction"))
+    scale, *others = fit.unidentified
+    assert scale == (
+        "the scale of the moments: only their ratios, and damping and friction over moments, count"
+    )
+    assert all("attitude" in other or "heading" in other for other in others)
+    heavy = HEAVY.replace(friction=1.0)
+    sentences = kr.fit(
+        heavy, gyroscope(heavy), ("start", "moments", "com", "friction")
+    ).unidentified
+    scale = "the scale of the moments: moments, damping, friction and com may all have one factor"
+    assert sentences == (scale, HEADING)
+    spun = HEAVY.replace(turning=TURNING)
+    t = np.linspace(0.0, 3.0, 150)
+    record = kr.Record(t, {"inertial_velocity": kr.solve(spun, t).inertial_velocity}, SIGMA)
+    [heading] = kr.fit(spun, record, ("start", "turning")).unidentified
+    assert heading == "the heading: a rotation of the start and of turning about the vertical"
+
+
+def test_records_before_a_start_that_friction_holds_are_refused():
+    late = kr.solve(HEAVY.replace(friction=3.0), [4.0]).end
+    before = kr.solve(HEAVY.replace(friction=3.0), np.linspace(2.0, 6.0, 50)).body_velocity
+    record = kr.Record(np.linspace(-2.0, 2.0, 50), {"body_velocity": before}, 0.02)
+    with pytest.raises(ValueError, match=r"before the start at t = 0, where friction holds"):
+        kr.fit(late, record, ("start", "friction"), max_evaluations=30)
+
+
+@pytest.mark.parametrize(
+    "record, free, message",
+    [
+        ({"body_velocity": np.zeros((9, 3))}, "shaking", "shaking is free, but its rate is 0"),
+        ({"body_velocity": np.zeros((9, 3))}, "com", "com cannot be free for a top with friction"),
+        ({"body_velocity": np.zeros((9, 3))}, "axes", "axes cannot be free for a top with fric"),
+        ({"body_velocity": np.zeros((9, 3))}, "moments", "moments cannot be free for a top with"),
+        ({"body_acceleration_x": np.zeros(9)}, "start", "body_acceleration_x cannot be fitted"),
+        ({"specific_force": np.zeros((9, 3))}, "start", "it jumps where the spin stops"),
+    ],
+)
+def test_what_has_no_derivatives_is_refused(record, free, message):
+    point = (0, 0, 1) if "specific_force" in record else None
+    body = kr.Body(1.0, (1.0, 1.3, 0.6), (0, 0, 0), unphysical=True).turn((0.6, 0.48, 0.0, 0.64))
+    scene = kr.Scene(body, momentum=(0, 0, 1), friction=0.1)
+    with pytest.raises(ValueError, match=message):
+        kr.fit(scene, kr.Record(np.arange(9.0), record, 0.1, point=point), free)
+
+
+def test_results_know_the_environment(tmp_path):
+    scene = HEAVY.replace(friction=0.5, turning=TURNING, shaking=SHAKING)
+    fit = kr.fit(scene, gyroscope(scene, n=60), ("start", "turning", "shaking", "friction"))
+    units = dict(zip(fit.names, fit.units, strict=True))
+    assert units["friction"] == "M L^2 T^-2" and units["turning_y"] == "T^-1"
+    assert [units[f"shaking_{part}"] for part in ("amplitude", "rate", "phase")] == [
+        "L",
+        "T^-1",
+        "",
+    ]
+    again = kr.Scene.from_toml(fit.to_toml())
+    assert again == fit.scene and again.friction == fit.values["friction"]
+    drawn = fit.scatter(5, seed=1)
+    assert np.ptp(drawn.turning[:, 0]) > 0.0 and (np.asarray(drawn.friction) >= 0.0).all()
+    size, error = fit.error_of(lambda scene: np.linalg.norm(scene.turning))
+    assert abs(size - np.linalg.norm(TURNING)) < 4.0 * error < 1.0
