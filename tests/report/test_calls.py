@@ -3,9 +3,11 @@ off."""
 
 from math import inf
 
+import kreisel as kr
 import numpy as np
 import pytest
 
+from validation.competitors import peak
 from validation.competitors.single_runs import EPS, HeyokaRun, Setting, series_order
 from validation.parts import calls
 from validation.references.problems import attitude_error, load_problem
@@ -84,11 +86,12 @@ def test_a_time_is_interpolated_between_the_settings_beside_the_error():
 def make_band(own, peer, compiling=1.0, function=2e-3):
     seconds = {calls.SOLVE: own, calls.RUN: [t / 2 for t in own], calls.HEYOKA: peer}
     known = {"error": 1e-9, "tightest": False, "seconds": seconds}
-    return known | {"compiling": compiling, "function": function}
+    return known | {"compiling": compiling, "function": function, "operations": 1e4}
 
 
-def make_found(*bands):
-    return [{"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "bands": bands}]
+def make_found(*bands, peak=4e9):
+    about = {"scene": "s", "end": 5.0, "rounds": 3, "processor": "Abacus, 2 cores", "peak": peak}
+    return [about | {"bands": bands}]
 
 
 def test_ratios_and_the_runs_that_pay_are_computed():
@@ -103,12 +106,39 @@ def test_ratios_and_the_runs_that_pay_are_computed():
     assert "This is never paid" in calls.conclude(make_found(faster))
 
 
+def test_a_run_stays_below_the_peak_of_a_core(findings):
+    (scene,) = findings
+    for band in scene["bands"]:
+        assert band["operations"] > 0
+        assert 0.0 < calls.compute_share(scene, band) < 1.0
+
+
+def test_the_products_of_a_series_are_counted():
+    """Count the products of coefficients of a step one by one."""
+    scene = kr.scenes.goryachev_chaplygin
+    path = kr.solve(scene, [0.01], "taylor", tol=1e-3)
+    assert path.stats.steps == 1
+    terms = [(j, n - j) for n in range(path.plan.order) for j in range(n + 1)]
+    vectors = 4 * 3 + 2 * 3 + 3  # q W, P x W and the products of two components of W
+    assert peak.count_operations(path) == 2 * vectors * len(terms)
+
+
+def test_without_a_compiler_there_is_no_share(monkeypatch):
+    monkeypatch.setattr(peak.shutil, "which", lambda name: None)
+    assert peak.measure_peak.__wrapped__() is None
+    band = make_band([1e-5] * 3, [3e-5] * 3)
+    section = page.render_section(calls.PART, make_found(band, peak=None), {"versions": ""})
+    assert "<td>6.00 (6.00)</td><td>\N{EN DASH}</td>" in section["body"]
+    assert "billion operations" not in section["body"]
+
+
 def test_the_page_names_the_processor_and_what_is_not_reached(findings):
     band = make_band([1e-5] * 3, [3e-5] * 3, function=None)
     section = page.render_section(calls.PART, make_found(band), {"versions": "of today"})
     assert "Abacus, 2 cores; of today. Medians of 3 rounds" in section["body"]
     row = "<td>s, 5</td><td>1e-9</td><td>10.0</td><td>5.0</td><td>30.0</td>"
-    assert f"{row}<td>3.00 (3.00)</td><td>6.00 (6.00)</td>" in section["body"]
+    assert f"{row}<td>3.00 (3.00)</td><td>6.00 (6.00)</td><td>50%</td>" in section["body"]
+    assert "4 billion operations a second" in section["body"]
     assert section["shown"] == ""  # long tables are folded
     assert "<td>1.00</td><td>never</td><td>\N{EN DASH}</td>" in section["body"]
     assert section["conclusion"].count("times as long") == 2

@@ -48,6 +48,7 @@ OTHERS = {
     "stream of one path": "next(kr.stream(thesis, ROW, 'strang', step=.01))",
     "solve, want=nutation": "kr.solve(thesis, ROW, want=('nutation',))",
     "plan": "kr.plan(thesis)",
+    "plan of an asymmetric top": "kr.plan(asymmetric)",
 }
 TIMED = """
 import sys, timeit

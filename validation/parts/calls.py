@@ -21,7 +21,7 @@ import kreisel as kr
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..competitors import equal_error, machine, timing
+from ..competitors import equal_error, machine, peak, timing
 from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import equations, reference
 from ..references.problems import attitude_error, load_problem
@@ -45,7 +45,10 @@ DECADES = range(4, 14)  # tolerances of DOP853
 SAMPLE = 2e-3  # duration of the calls of one round [s]
 LATEST = 1e4  # a run begins anew at this time, so that its times have enough digits [T]
 SOLVE, RUN, HEYOKA, FUNCTION = "kr.solve", "kr.Run", "heyoka", "heyoka.cfunc"
-COLUMNS = ("scene", "end", "error", "program", "seconds_median", "seconds_least", "compiling")
+COLUMNS = (
+    *("scene", "end", "error", "program", "seconds_median", "seconds_least", "compiling"),
+    *("operations", "peak"),
+)
 
 
 def make_solve_call(scene, end, tol):
@@ -178,6 +181,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
         "end": end,
         "rounds": rounds,
         "processor": f"{machine.processor_name()}, {machine.describe_cores()}",
+        "peak": peak.measure_peak(),
         "bands": bands,
     }
 
@@ -195,13 +199,32 @@ def measure_band(own, peers, target, rounds):
         name: interpolate(theirs if name == HEYOKA else ours, [next(samples) for _ in each], target)
         for name, each in calls.items()
     }
-    return {"error": target, "seconds": seconds, "compiling": theirs[-1][0].setup}
+    work = [[count_operations(run)] for run, _ in ours]
+    (operations,) = interpolate(ours, work, target)
+    return {
+        "error": target,
+        "seconds": seconds,
+        "compiling": theirs[-1][0].setup,
+        "operations": operations,
+    }
+
+
+def count_operations(run):
+    """Return the operations in the products of the series of a run of kreisel."""
+    return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
 def compare(band, name):
     """Return the median of heyoka's time over that of a call of kreisel, and that of the least."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
+
+
+def compute_share(scene, band):
+    """Return the share of the peak of a core that a kr.Run reaches, or None without a peak."""
+    if scene["peak"] is None:
+        return None
+    return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
@@ -240,6 +263,7 @@ def format_band(scene, band):
             f"{middle:.2f} ({least:.2f})"
             for middle, least in (compare(band, name) for name in (SOLVE, RUN))
         ],
+        "share": format_digits(compute_share(scene, band), ".0%"),
         "function": format_digits(function and 1e3 * function, ".1f"),
         "compiling": f"{band['compiling']:.2f}",
         "paid": "never" if runs == inf else format_digits(runs, ".1e"),
@@ -278,6 +302,7 @@ def build_context(found):
         "rows": [format_band(*each) for each in list_bands(found)],
         "processor": found[0]["processor"],
         "rounds": found[0]["rounds"],
+        "peak": found[0]["peak"] and f"{1e-9 * found[0]['peak']:.0f}",
         "payment": describe_payment(found),
     }
 
@@ -292,6 +317,8 @@ def list_rows(found):
                 "seconds_median": f"{median(seconds):.4g}",
                 "seconds_least": f"{min(seconds):.4g}",
                 "compiling": f"{band['compiling']:.3g}" if name == HEYOKA else None,
+                "operations": f"{band['operations']:.4g}" if name != HEYOKA else None,
+                "peak": format_digits(scene["peak"], ".4g") if name != HEYOKA else None,
             }
         if band["function"] is not None:
             alone = f"{band['function']:.4g}"

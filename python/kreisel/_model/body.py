@@ -309,7 +309,7 @@ class Body(BodyConstructors):
         *_, x, y, z = unpack("15d", self._block)
         return x, y, z
 
-    @property
+    @cached_property
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 

@@ -104,13 +104,22 @@ def advance_shaking(shaking: Vector, t: float) -> Vector:
 
 def list_disturbances(tops: Any) -> list[str]:
     """Return the names of the disturbances of a scene, or of some members of an ensemble."""
+    shaking = tops.shaking
+    amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     present = {
-        "damping": np.any(tops.damping),
-        "friction": np.any(tops.friction),
-        "a shaken support": np.any(np.asarray(tops.shaking)[..., 0]),
-        "a turning support": np.any(tops.turning),
+        "damping": _has_nonzero(tops.damping),
+        "friction": _has_nonzero(tops.friction),
+        "a shaken support": _has_nonzero(amplitudes),
+        "a turning support": _has_nonzero(tops.turning),
     }
     return [name for name, is_there in present.items() if is_there]
+
+
+def _has_nonzero(values: Any) -> bool:
+    """Return True if a number is not zero. Scenes have floats and tuples, ensembles have arrays."""
+    if type(values) is tuple:
+        return any(values)
+    return values != 0.0 if type(values) is float else bool(np.any(values))
 
 
 def refuse_disturbances(tops: Any, what: str, allowed: Iterable[str] = ()) -> None:

@@ -146,7 +146,7 @@ class Scene:
     def _is_shaken(self) -> bool:
         return self.shaking[0] != 0.0
 
-    @property
+    @cached_property
     def _is_disturbed(self) -> bool:
         """True with damping, friction, or a support that moves."""
         return self._is_losing_energy or self._is_shaken or any(self.turning)

@@ -193,7 +193,8 @@ def describe_kind(scene: Scene) -> str:
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
-    more = [name for name in list_disturbances(scene) if name != "damping"]
+    more = list_disturbances(scene) if scene._is_disturbed else []
+    more = [name for name in more if name != "damping"]
     around = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
     return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
 

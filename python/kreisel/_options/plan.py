@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from .._core import start, values
+from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.html import format_table
 from .._utils.validation import Array
 from .closed_form_choice import explain_series
 from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus
 from .quantities import HEADING_DEPENDENT, count_components
-from .solve_options import SolveOptions
+from .solve_options import CoreArguments, SolveOptions
 from .times import CHUNK_SIZE
 
 GEOMETRIC: str = "geometric"  # value of `method` for which trial runs choose the method
@@ -132,8 +134,8 @@ def make_plan(
     `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. For runs and
     ensembles, `times` is None.
     """
-    _, top = start(scene._block, *options.core)
-    kernel, order = top.kernel if top else ("", options.method.order)
+    is_series = options.method.name == FALLBACK
+    kernel, order = _find_kernel(options.core) if is_series else ("", options.method.order)
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
     if options.want is None and options.has_low_words:
         columns += "q_low", "m_low"
@@ -151,6 +153,17 @@ def make_plan(
         choice=choice,
         turn=_turn_per_step(scene, options),
     )
+
+
+@lru_cache
+def _find_kernel(core: CoreArguments) -> tuple[str, int]:
+    """Return the instruction set and the order of the Taylor series.
+
+    They depend on the options alone, so any scene serves.
+    """
+    scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
+    _, top = start(scene._block, *core)
+    return top.kernel if top else ("", 0)
 
 
 def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:

@@ -20,6 +20,8 @@ from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
 from .times import CHUNK_SIZE, COUNTABLE
 
 Progress = Callable[[float], object]
+# The arguments of the core: name, step, tol, digits, max_steps and leave_heading.
+CoreArguments = tuple[str, float, float, int, int, bool]
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,8 @@ class SolveOptions:
         return sum(TANGENTS[name][1] for name in self.tangents)
 
     @cached_property
-    def core(self) -> tuple[str, float, float, int, int, bool]:
-        """The arguments of the core: name, step, tol, digits, max_steps and leave_heading."""
+    def core(self) -> CoreArguments:
+        """The arguments of the core."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_low_words or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
