@@ -19,7 +19,10 @@ export class Labels {
       {
         contentRect: { width, height },
       },
-    ]) => (this.corner = [x + width, y + height]);
+    ]) => {
+      this.corner = [x + width, y + height];
+      if (this.picture) this.placeLabels(...this.picture);
+    };
     new ResizeObserver(keep).observe(element);
   }
   // Replace all labels. Each has its text, a colour or "", and `at`, which returns its position in
@@ -36,7 +39,9 @@ export class Labels {
   }
   // Place all labels. A label that would overlap a higher one moves down; one under the footer is
   // hidden.
-  placeLabels([width, height], covered) {
+  placeLabels(size, covered) {
+    this.picture = [size, covered];
+    const [width, height] = size;
     const { gap, corner } = this;
     const taken = [];
     const placed = this.all.map((label) => ({ ...label, place: label.at() }));
