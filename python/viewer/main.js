@@ -45,8 +45,12 @@ const measureFooter = () => {
   const first = getElement("hint").offsetParent ? getElement("hint") : getElement("bar");
   return getElement("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
 };
-const footerObserver = new ResizeObserver(() => view.setFooter(measureFooter()));
-for (const id of ["hint", "bar"]) footerObserver.observe(getElement(id));
+const TEXTS = ["words", "times", "fold"]; // that cover labels
+const footerObserver = new ResizeObserver(() => {
+  view.setFooter(measureFooter());
+  view.labels.avoidTexts(TEXTS.map(getElement));
+});
+for (const id of ["view", "hint", "bar", ...TEXTS]) footerObserver.observe(getElement(id));
 const drags = new DragHandler(view, page);
 
 const keyboard = new Keyboard(getElement("keys"), { page, view, drags, presets, choosePreset });
