@@ -10,7 +10,8 @@ from sphinx_gallery.scrapers import figure_rst
 
 shown = WeakSet()  # figures already shown at the end of earlier blocks
 LAST = "___"  # the name under which sphinx-gallery stores the value of a block's last expression
-COLOURS = ["#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#c23b54", "#17a2b8", "#8c6d3f", "#7d8590"]
+# Distinct under normal vision, protanopia and deuteranopia, with a contrast of about 3 or more.
+COLOURS = ["#1f6fd6", "#e07a1f", "#29413d", "#b38f76", "#0e9ebb", "#5e3f04", "#0609f9", "#232a65"]
 LOOK = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,

@@ -4,7 +4,7 @@ A scraper remembers where the panels are while the figure exists. The thumbnails
 examples have run.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -16,6 +16,10 @@ SIZE = (400, 280)  # [pixel]
 PANELS = {
     "sections": 1
 }  # {example: number of its panel}, if its last largest panel is not the best
+MIDDLE = 0.5
+CENTRES = {
+    "gyrocompass": 0.0
+}  # {example: about which a chart is cut, 0 at the left, 1 at the right}
 panels = {}  # {image file: panel}
 
 
@@ -25,6 +29,7 @@ class Panel:
 
     box: tuple  # (left, upper, right, lower), relative to the figure
     has_axes: bool  # False for a picture, which is shown whole
+    centre: float = MIDDLE
 
 
 def setup(app):
@@ -39,7 +44,9 @@ def scraper(block, block_vars, gallery_conf):
     figure = plt.figure(numbers[0]) if numbers else shown
     if len(paths) == 0 and figure is not None:
         file = Path(paths.image_path.format(1))
-        panels[file] = find_panel(figure, PANELS.get(Path(block_vars["src_file"]).stem))
+        example = Path(block_vars["src_file"]).stem
+        centre = CENTRES.get(example, MIDDLE)
+        panels[file] = replace(find_panel(figure, PANELS.get(example)), centre=centre)
     return ""
 
 
@@ -69,10 +76,10 @@ def cut_thumbnails(app):
 def cut(image, panel):
     """Return a panel in the size of a thumbnail.
 
-    A chart fills the thumbnail and is cut about its centre. A picture is shown whole.
+    A chart fills the thumbnail and is cut about `panel.centre`. A picture is shown whole.
     """
     box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
     shown = image.crop(box)
     if panel.has_axes:
-        return ImageOps.fit(shown, SIZE)
+        return ImageOps.fit(shown, SIZE, centering=(panel.centre, MIDDLE))
     return ImageOps.pad(shown, SIZE, color="white")

@@ -6,12 +6,16 @@ import { Quaternion, Vector3 } from "three";
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
-const { instance } = await WebAssembly.instantiate(await new Response(unpacked).arrayBuffer(), {});
-const C = instance.exports;
-C._initialize();
-
+const core = await WebAssembly.compile(await new Response(unpacked).arrayBuffer());
+let C; // the functions of the instance in use
+// Use a new instance. Return the address of its scratch memory, which is the same in each.
+function startInstance() {
+  C = new WebAssembly.Instance(core).exports;
+  C._initialize();
+  return C.malloc(8 * 72);
+}
 // Fixed addresses for arguments and results: one scene and three small arrays.
-const scratch = C.malloc(8 * 72);
+const scratch = startInstance();
 const [SCENE, FIRST, SECOND, THIRD] = [0, 36, 48, 52].map((offset) => scratch + 8 * offset);
 
 const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
@@ -25,6 +29,16 @@ function writeScene(body, { gravity, damping, turning, friction }, q, m) {
   const support = [damping, damping, damping, ...turning, 0, 0, 0, friction];
   writeDoubles(writeBody(body) + 8 * 15, [gravity, 0, ...q, ...m, ...support]);
   return SCENE;
+}
+// Call `work` with an empty simulation, beside that of the viewer.
+export function computeApart(work) {
+  const inUse = C;
+  try {
+    startInstance();
+    return work();
+  } finally {
+    C = inUse;
+  }
 }
 const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));
 

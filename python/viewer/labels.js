@@ -1,7 +1,8 @@
 // Labels over the picture, beside arrows, circles and tops.
 import { html, render } from "lit-html";
 
-const GAP = 17; // between two labels, in pixels
+const GAP = 20; // between two labels, in pixels
+const [ABOVE, BELOW] = [10, 12]; // of a label, from its position to its ends
 const isHigher = (a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0);
 
 export class Labels {
@@ -11,6 +12,7 @@ export class Labels {
     parent.append(this.container);
     this.all = [];
     this.corner = [0, 0];
+    this.texts = [];
   }
   // Keep labels off an element in the upper left corner.
   avoidElement(element) {
@@ -19,8 +21,21 @@ export class Labels {
       {
         contentRect: { width, height },
       },
-    ]) => (this.corner = [x + width, y + height]);
+    ]) => {
+      this.corner = [x + width, y + height];
+      this.placeAgain();
+    };
     new ResizeObserver(keep).observe(element);
+  }
+  // Keep labels off elements with a text, where they are now.
+  avoidTexts(elements) {
+    const { x, y } = this.container.getBoundingClientRect();
+    const boxes = elements.filter((each) => each.textContent).map((each) => each.getBoundingClientRect());
+    this.texts = boxes.map((box) => [box.left - x, box.top - y, box.right - x, box.bottom - y]);
+    this.placeAgain();
+  }
+  placeAgain() {
+    if (this.picture) this.placeLabels(...this.picture);
   }
   // Replace all labels. Each has its text, a colour or "", and `at`, which returns its position in
   // pixels or null. `times` scales their size.
@@ -34,9 +49,11 @@ export class Labels {
     this.all = all.map((each, i) => ({ span: spans[i], at: each.at, wide: wide(each) }));
     this.gap = times * GAP;
   }
-  // Place all labels. A label that would overlap a higher one moves down; one under the footer is
-  // hidden.
-  placeLabels([width, height], covered) {
+  // Place all labels. A label that would overlap a higher one moves down; one under the footer or
+  // another text is hidden.
+  placeLabels(size, covered) {
+    this.picture = [size, covered];
+    const [width, height] = size;
     const { gap, corner } = this;
     const taken = [];
     const placed = this.all.map((label) => ({ ...label, place: label.at() }));
@@ -47,7 +64,9 @@ export class Labels {
       const meets = ([a, b, w]) => a < x + wide && x < a + w && Math.abs(b - y) < gap;
       const isOver = () => (x < corner[0] && y < corner[1] + gap / 2) || taken.some(meets);
       for (let i = 0; i < 6 && isOver(); i++) y += gap;
-      span.hidden = !isInside || y > height - covered - 16;
+      const isUnder = ([left, top, right, bottom]) =>
+        x < right && x + wide > left && y + BELOW > top && y - ABOVE < bottom;
+      span.hidden = !isInside || y > height - covered - 16 || this.texts.some(isUnder);
       if (span.hidden) continue;
       taken.push([x, y, wide]);
       span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;

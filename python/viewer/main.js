@@ -45,8 +45,12 @@ const measureFooter = () => {
   const first = getElement("hint").offsetParent ? getElement("hint") : getElement("bar");
   return getElement("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
 };
-const footerObserver = new ResizeObserver(() => view.setFooter(measureFooter()));
-for (const id of ["hint", "bar"]) footerObserver.observe(getElement(id));
+const TEXTS = ["words", "times", "fold"]; // that cover labels
+const footerObserver = new ResizeObserver(() => {
+  view.setFooter(measureFooter());
+  view.labels.avoidTexts(TEXTS.map(getElement));
+});
+for (const id of ["view", "hint", "bar", ...TEXTS]) footerObserver.observe(getElement(id));
 const drags = new DragHandler(view, page);
 
 const keyboard = new Keyboard(getElement("keys"), { page, view, drags, presets, choosePreset });
@@ -73,7 +77,10 @@ function drawPanel() {
   charts.build();
   getElement("times").textContent = describeLateTops();
 }
+let isFirst = true;
 page.onChange = () => {
+  if (isFirst) view.render(); // while the panel is built, the graphics processor draws
+  isFirst = false;
   if (drags.current) isStale = true;
   else drawPanel();
   wakeUp();
@@ -159,7 +166,6 @@ function tryToOpen(open) {
     page.showMessage(`This scene cannot be shown: ${error.message}`);
   }
 }
-drawThumbnails();
 tryToOpen(() => page.load(decodeScene(location.hash) || JSON.parse(getElement("scene").textContent) || presets[0]));
 function openLink() {
   const scene = decodeScene(location.hash);
@@ -175,6 +181,7 @@ view.canvas.addEventListener("pointerleave", () => (view.orbit.enableZoom = !isI
 if (!reducedMotion.matches && !isInFrame) setTimeout(() => page.setRunning(true), 600);
 setTimeout(() => (getElement("hint").style.opacity = 0), 20000);
 wakeUp();
+requestAnimationFrame(() => setTimeout(drawThumbnails, 0, page.onChange)); // after the first frame
 
 // Interface for tests and for the browser's console.
 const locate = (part, i = 0, number = 0) => view.project(view.findHandle(part, i, number));

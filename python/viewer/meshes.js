@@ -23,7 +23,7 @@ export function makeStand(depth) {
   const cone = turnUpright(new THREE.CylinderGeometry(0.012, 0.05 + 0.025 * depth, depth, 32));
   return makeMesh(
     cone.translate(0, 0, -depth / 2),
-    makeShinyMaterial({ color: "#9a9389", opacity: 0.8 }),
+    makeShinyMaterial({ color: "#9a9389", transparent: false }),
   );
 }
 
@@ -101,7 +101,7 @@ const HEAD = turnUpright(new THREE.ConeGeometry(3, 8, 24));
 // Make an arrow. Without `depthTest` it is drawn over the body, inside which it begins.
 export function makeArrow(color, radius, opacity = 1, depthTest = false) {
   const group = new THREE.Group();
-  const paint = makeShinyMaterial({ color, depthTest, opacity });
+  const paint = makeShinyMaterial({ color, depthTest, opacity, transparent: !depthTest });
   const [shaft, tip] = [makeMesh(SHAFT, paint), makeMesh(HEAD, paint)];
   for (const part of [shaft, tip]) part.scale.setScalar(radius);
   const target = makeMesh(BALL, new THREE.MeshBasicMaterial({ visible: false }));

@@ -1,7 +1,7 @@
 // The strip of presets. Each has a small picture: the trace that its apex draws in the first seconds,
-// seen from above at an angle. All traces are computed once, before the first scene is loaded.
-import { html } from "lit-html";
-import { makeBody, methods, simulation, TICKS, TRACE_POINTS } from "./core.js";
+// seen from above at an angle. The traces are computed one by one after the first frame.
+import { html, nothing } from "lit-html";
+import { computeApart, makeBody, methods, simulation, TICKS, TRACE_POINTS } from "./core.js";
 import presets from "./presets.json";
 import { COLOURS, completeScene, findSuitable } from "./scene.js";
 import { findContact } from "./setters.js";
@@ -34,7 +34,6 @@ function computeLines(preset) {
   const method = methods.get(findSuitable(METHODS, scene, body));
   const contact = findContact(scene, body);
   const starts = [[...scene.attitude, ...scene.momentum], ...(scene.second ? [scene.second] : [])];
-  simulation.clear();
   for (const start of starts) {
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     simulation.addTop(body, scene, q, m, method, STEP * TICKS, FULL_DIGITS, -1);
@@ -63,18 +62,20 @@ function drawPreset(preset) {
   return { content, box: [...corner, 2 * half, 2 * half].map((x) => x.toFixed(2)).join(" ") };
 }
 
-let pictures = [];
-// Compute all pictures. The simulation is empty afterwards.
-export function drawThumbnails() {
-  pictures = presets.map(drawPreset);
-  simulation.clear();
+const pictures = [];
+// Compute all pictures, with time for events between them. Then call `show`.
+export function drawThumbnails(show) {
+  pictures.push(computeApart(() => drawPreset(presets[pictures.length])));
+  if (pictures.length < presets.length) setTimeout(drawThumbnails, 0, show);
+  else show();
 }
 // Render the strip; `known` is the number of the current preset.
 export function renderThumbnails(known, choosePreset) {
+  const areDrawn = pictures.length === presets.length;
   const renderChoice = (preset, i) =>
     html`<label><input type="radio" name="preset" aria-label=${preset.name} .checked=${i === known}
-      @change=${() => choosePreset(preset)}><svg viewBox=${pictures[i].box} aria-hidden="true"
-      .innerHTML=${pictures[i].content}></svg>${preset.name}</label>`;
+      @change=${() => choosePreset(preset)}><svg viewBox=${areDrawn ? pictures[i].box : nothing}
+      aria-hidden="true" .innerHTML=${areDrawn ? pictures[i].content : ""}></svg>${preset.name}</label>`;
   return html`<div id="presets" role="radiogroup" aria-label="What to look at">
     ${presets.map(renderChoice)}</div>`;
 }

@@ -107,12 +107,16 @@ export class View {
   // Set the height in pixels of the footer, which covers the lower part of the picture.
   setFooter(height) {
     this.footer = height;
-    this.moveAboveFooter();
+    if (this.computeCovered() !== this.covered) this.moveAboveFooter();
+  }
+  // Return the height in pixels below the picture that a large footer covers.
+  computeCovered() {
+    return this.footer > LARGE_FOOTER * this.pixels[1] ? this.footer : 0;
   }
   // Moves the picture up between the numbers and a large footer.
   moveAboveFooter() {
     const [w, h] = this.pixels;
-    this.covered = this.footer > LARGE_FOOTER * h ? this.footer : 0;
+    this.covered = this.computeCovered();
     for (const camera of this.cameras) camera.setViewOffset(w, h, 0, this.covered / 4, w, h);
     if (this.isHome) this.moveHome();
     this.isDirty = true;

@@ -177,6 +177,19 @@ def test_notebooks_show_paths_as_pictures():
     assert PNG in enough._repr_html_()
 
 
+def test_notebooks_show_fits_as_tables():
+    t = np.arange(60) * 0.1
+    record = kr.Record(t, {"apex": kr.solve(kr.scenes.cusps, t).apex}, sigma=0.01)
+    found = kr.fit(kr.scenes.cusps, record, ("start", "moments"))
+    shown, text = found._repr_html_(), str(found).splitlines()
+    assert shown.startswith(f"<p>{text[0]}</p>\n<table>")
+    assert shown.count("<tr>") == 1 + len(found.names) + len(found.moment_ratios)
+    for name, error in found.error.items():
+        known = f"+- {error:.2g}" if np.isfinite(error) else "not identified"
+        assert f">{name}<" in shown and f"{known}<" in shown
+    assert shown.count("<p>Not identified: ") == len(found.unidentified) == 2
+
+
 def test_long_paths_are_no_pictures(monkeypatch):
     from kreisel._results import path as paths
 

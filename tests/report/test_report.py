@@ -73,6 +73,15 @@ def test_the_report_writes_its_page(quick):
         assert (quick / file).exists(), file
 
 
+def test_figures_with_other_integrators_name_their_versions(quick):
+    page, cited = (quick / "index.html").read_text(), machine.describe_machine()["peers"]
+    assert re.match(r"heyoka [\d.]+, SciPy [\d.]+.*; \d{4}-\d\d-\d\d$", cited)
+    figures = re.findall("<figure.*?</figure>", page, re.DOTALL)
+    named = [figure for figure in figures if re.search("heyoka|scipy_|gsl_", figure)]
+    assert len(named) >= 3 * len(HORIZONS)
+    assert all(cited in figure.partition("<figcaption>")[2] for figure in named)
+
+
 def test_axe_finds_nothing_on_the_report(quick, browser):
     address = (quick / "index.html").as_uri()
     assert list_violations(browser, address) == []

@@ -69,7 +69,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
     )
     page.goto(file.as_uri() + fragment)
-    wait_for(page, "!!window.kreisel")
+    wait_for(page, "document.querySelector('#presets svg')?.childElementCount > 0")  # drawn last
     return page
 
 

@@ -3,7 +3,17 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import PRESETS, advance, load, read_message, read_scene, scene_in_python, wait_for
+from browser import (
+    PAGE,
+    PRESETS,
+    advance,
+    load,
+    read_message,
+    read_scene,
+    read_states,
+    scene_in_python,
+    wait_for,
+)
 
 STRIP = "[...document.querySelectorAll('#presets svg')]"
 TRACE = '[stroke-width="1.6"]'  # the trace within a picture
@@ -37,6 +47,29 @@ def test_each_scene_has_a_picture_within_its_box(page):
         }});
     }})""")
     assert inside == [True] * len(PRESETS)
+
+
+DELAY = """{
+    const wait = setTimeout;
+    window.delayed = [];
+    window.setTimeout = (act, time, ...rest) =>
+        time === 0 ? delayed.push(() => act(...rest)) : wait(act, time, ...rest);
+}"""
+
+
+def test_pictures_are_drawn_beside_a_motion(browser):
+    page = browser.new_context(offline=True, reduced_motion="reduce").new_page()
+    page.add_init_script(DELAY)
+    page.goto(PAGE.as_uri())
+    wait_for(page, "!!window.kreisel && delayed.length > 0")
+    advance(page, 3)
+    before, trace = read_states(page), page.evaluate("[...kreisel.view.getTrace(0)]")
+    assert page.evaluate(f"{STRIP}[0].childElementCount") == 0
+    page.evaluate("while (delayed.length) delayed.shift()()")
+    wait_for(page, f"{STRIP}.every((picture) => picture.childElementCount > 0)")
+    assert read_states(page) == before
+    assert page.evaluate("[...kreisel.view.getTrace(0)]") == trace
+    page.context.close()
 
 
 def test_arrow_keys_choose_a_scene_and_it_is_in_sight(page):

@@ -128,6 +128,33 @@ def test_the_bar_is_in_the_picture(browser):
     page.context.close()
 
 
+MEETINGS = """(() => {
+    const boxOf = (element) => element.getBoundingClientRect();
+    const texts = ['words', 'times', 'fold'].map((id) => document.getElementById(id));
+    const boxes = texts.filter((each) => each.textContent).map(boxOf);
+    return [...document.querySelectorAll('.labels span:not([hidden])')].filter((label) => {
+        const {left, right, top, bottom} = boxOf(label);
+        return boxes.some((box) =>
+            left < box.right - 1 && box.left < right - 1 &&
+            top < box.bottom - 1 && box.top < bottom - 1);
+    }).map((label) => label.textContent);
+})()"""
+
+
+def test_no_label_of_a_phone_meets_a_message(browser):
+    page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
+    for name in ("Steady precession", "Pendulum", "Elastic rod", "Lagrange's top", "Compare four"):
+        load(page, name)
+        page.evaluate("kreisel.view.render()")
+        shown = page.locator(".labels span:not([hidden])").count()
+        page.evaluate(
+            "kreisel.page.showMessage('A message that is so long that it needs two lines')"
+        )
+        wait_for(page, f"{MEETINGS}.length === 0")
+        assert 0 < page.locator(".labels span:not([hidden])").count() <= shown
+    page.context.close()
+
+
 def test_pace(page):
     page.get_by_label("Pace").select_option("0.25")
     assert read_scene(page)["speed"] == 0.25

@@ -67,14 +67,24 @@ def fingerprint(*more):
 
 def describe_machine():
     packages = ", ".join(f"{name} {version(name)}" for name in ("heyoka", "numpy", "scipy"))
+    today, gsl = date.today().isoformat(), describe_gsl()
     return {
-        "date": date.today().isoformat(),
+        "date": today,
         "machine": f"{processor_name()}, {describe_cores()}, {platform.system()}",
         "compiler": compiler_version(),
         "commit": commit_name(),
         "versions": f"Python {platform.python_version()}, {packages}",
-        "GSL": describe_gsl(),
+        "GSL": gsl,
+        "peers": describe_peers(gsl, today),
     }
+
+
+def describe_peers(gsl, today):
+    """Return the versions of the other integrators and the date, for the caption of a figure."""
+    peers = [f"heyoka {version('heyoka')}", f"SciPy {version('scipy')}"]
+    if "version" in gsl:
+        peers.append(f"GSL {gsl.split()[-1]}")
+    return f"{', '.join(peers)}; {today}"
 
 
 def describe_gsl():

@@ -91,8 +91,8 @@ def draw_heatmap(squares, columns):
 def draw_key():
     """Draw the colour scale."""
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(5.2, 0.62))
-        axes = figure.add_axes((0.04, 0.62, 0.92, 0.34))
+        figure = plt.figure(figsize=(5.2, 0.72))
+        axes = figure.add_axes((0.04, 0.67, 0.92, 0.3))
         axes.imshow(
             np.linspace(0, 1, 32)[None], aspect="auto", cmap=COLOURS, extent=(LEAST, MOST, 0, 1)
         )

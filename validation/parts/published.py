@@ -219,7 +219,7 @@ def problem_context(problem, rows):
 
 def conclude(rows):
     said = [words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))]
-    return "; ".join(said).capitalize() + "." if said else ""
+    return "; ".join(said) + "." if said else ""
 
 
 def compare_with_literature(rows):
@@ -233,7 +233,7 @@ def compare_with_literature(rows):
     best = min(ours, key=lambda row: row["energy_error"])
     theirs = min(row["energy_error"] for row in literature if row["setting"] == best["setting"])
     return (
-        f"{best['problem'].replace('_', ' ')}: {best['by']} with {best['setting']} has an energy "
+        f"{best['problem']}: {best['by']} with {best['setting']} has an energy "
         f"error of {best['energy_error']:.0e}, the published method with the same step "
         f"{theirs:.0e}"
     )

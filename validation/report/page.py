@@ -4,6 +4,7 @@ from pathlib import Path
 
 import jinja2
 import kreisel as kr
+import markupsafe
 
 from ..competitors.single_runs import PEERS
 from ..parts import fastest, formatting
@@ -25,8 +26,16 @@ def load_template(name, *folders):
     environment.filters |= {
         "digits": formatting.format_digits,
         "milliseconds": formatting.format_milliseconds,
+        "cite_peers": cite_peers,
     }
     return environment.get_template(name)
+
+
+def cite_peers(svg, about):
+    """Return the versions and the date for a figure that names another integrator, else nothing."""
+    if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
+        return ""
+    return markupsafe.Markup("<small>{}</small>").format(about["peers"])
 
 
 def render_section(part, found, about):

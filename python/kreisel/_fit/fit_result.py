@@ -22,7 +22,7 @@ from .identifiability import describe_blind_directions
 from .parameters import Parameters, Point
 from .records import Record
 from .search_session import SearchSession, Solution
-from .summary import format_summary
+from .summary import format_html, format_summary
 from .uncertainty import (
     ResidualStatistics,
     Spectrum,
@@ -205,6 +205,10 @@ class Fit(ReadOnlyArrays):
 
     def __str__(self) -> str:
         return format_summary(self)
+
+    def _repr_html_(self) -> str:
+        """Return the summary with a table of the parameters, which notebooks display."""
+        return format_html(self)
 
     def __repr__(self) -> str:
         ratio = self.chi2 / self.dof

@@ -1,10 +1,13 @@
-"""Summaries of fits as text."""
+"""Summaries of fits as text and as HTML."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from html import escape
 from typing import Protocol
+
+from .._utils.html import format_table
 
 
 class SeriesSummary(Protocol):
@@ -76,22 +79,36 @@ _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentio
 
 def format_summary(fit: FitValues) -> str:
     """Return a row for each parameter, then sentences about the quality of the fit."""
-    head = (
+    rows = _list_rows(fit)
+    width = max(len(name) for name, *_ in rows)
+    lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
+    return "\n".join([_format_head(fit), *lines, *_list_sentences(fit)])
+
+
+def format_html(fit: FitValues) -> str:
+    """Return a table of the parameters, between the same sentences as in the text."""
+    head, *sentences = [
+        f"<p>{escape(text)}</p>" for text in (_format_head(fit), *_list_sentences(fit))
+    ]
+    table = format_table(_list_rows(fit), ("parameter", "value", "unit"))
+    return "\n".join([head, table, *sentences])
+
+
+def _format_head(fit: FitValues) -> str:
+    return (
         f"Fit of {len(fit.names)} parameters to {fit.dof + len(fit.names)} numbers: "
         f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
     )
+
+
+def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
+    """Return the name, the value with its error, and the unit of each parameter and ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
-    width = max(map(len, [*fit.names, *ratios]))
     rows = [
-        f"  {name:<{width}}  {format_value(fit.values[name], fit.error[name])}{_unit(unit)}"
+        (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")
         for name, unit in zip(fit.names, fit.units, strict=True)
     ]
-    rows += [f"  {name:<{width}}  {format_value(*pair)}" for name, pair in ratios.items()]
-    return "\n".join([head, *rows, *_list_sentences(fit)])
-
-
-def _unit(unit: str) -> str:
-    return f" [{unit}]" if unit else ""
+    return rows + [(name, format_value(*pair), "") for name, pair in ratios.items()]
 
 
 def format_value(value: float, error: float) -> str:
