@@ -284,7 +284,9 @@ class Section:
         file, line = self.entries[index]
         if file.suffix == ".c":
             return line
-        return "".join(item for owner, item in self.entries[: index + 1] if owner == file and item[0] == "#")
+        return "".join(
+            item for owner, item in self.entries[: index + 1] if owner == file and item[0] == "#"
+        )
 
     def meaning(self, words, last):
         """Return all lines before the item `last` that define what the words mean as macros."""
