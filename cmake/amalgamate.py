@@ -8,6 +8,7 @@ that the source includes; a prefix makes the names of a section unique. All othe
 one another unchanged, each header before its first use.
 """
 
+import hashlib
 import re
 import sys
 from collections import Counter
@@ -235,10 +236,11 @@ def expand_macros(items):
     return "".join(texts)
 
 
-def prune(items):
+def prune(items, used_elsewhere=()):
     """Return the items without static functions and data that nothing uses."""
     stems = tuple(names_of_macros(items)[1])
     count = Counter(re.findall(r"\w+", "".join(items) + expand_macros(items)))
+    count.update(used_elsewhere)
 
     def is_used(item):
         return (
@@ -248,32 +250,145 @@ def prune(items):
         )
 
     used = [item for item in items if is_used(item)]
-    return used if len(used) == len(items) else prune(used)
+    return used if len(used) == len(items) else prune(used, used_elsewhere)
 
 
-def rename(items, prefix):
-    """Put the prefix before all names that the items define at file scope."""
-    calls, stems = names_of_macros(items)
-    types = {name for item in items if is_type(item) for name in names_of(item)} | calls
-    names = types | stems | {name for i in items if is_static(i) for name in names_of(i)}
+class Section:
+    """One source for one instruction set, with all that it includes, as pairs (file, item).
 
-    def is_own(name):
-        return (
-            name in names
-            or any(name.startswith(call + "_") for call in calls)
-            or any(name.startswith(stem) and name[len(stem) :].isdigit() for stem in stems)
+    Types come from the plain part, unless a switch chooses another version of their header.
+    """
+
+    def __init__(self, source, unit, isa, plain):
+        name = source.relative_to(ROOT).as_posix()
+        own = rf"\({name}\s+PROPERTIES COMPILE_OPTIONS -f([\w-]+)\)"
+        self.name, self.prefix = name, f"{isa}_{source.stem}_"
+        self.option = re.search(own, (ROOT / "CMakeLists.txt").read_text())
+        self.entries, self.owners, self.macros, self.signatures = [], {}, {}, {}
+        for file, text in unit.parts:
+            is_own = unit.text_of(file) != plain.text_of(file)
+            for item in split_items(SYSTEM.sub("", text)):
+                if is_own or item.startswith("#") or (is_static(item) and not is_type(item)):
+                    self.entries.append((file, item))
+        self.prefixes = {file: self.prefix for file, _ in self.entries}
+        self.used_elsewhere = set()
+        for index, (file, item) in enumerate(self.entries):
+            for name in DEFINE.findall(item):
+                self.macros.setdefault(name, []).append(index)
+            if not item.startswith("#"):
+                for name in names_of_macros([item])[0] | names_of(item):
+                    self.owners.setdefault(name, (index, file))
+
+    def lines_of(self, index):
+        """Return a definition of a macro, in a header with all conditions there."""
+        file, line = self.entries[index]
+        if file.suffix == ".c":
+            return line
+        return "".join(
+            item for owner, item in self.entries[: index + 1] if owner == file and item[0] == "#"
         )
 
-    def rename_item(item):
-        is_chosen = types.__contains__ if is_type(item) else is_own
+    def meaning(self, words, last):
+        """Return all lines before the item `last` that define what the words mean as macros."""
+        found, new = {}, words
+        while new:
+            indices = {i for name in new & self.macros.keys() for i in self.macros[name]}
+            lines = {i: self.lines_of(i) for i in indices - found.keys() if i <= last}
+            found |= lines
+            new = set(re.findall(r"\w+", "".join(lines.values())))
+        return sorted(set(found.values()))
 
+    def find_owner(self, word, last):
+        """Return the file that defines a word before the item `last`; quad_add by NATIVE(quad)."""
+        parts = word.split("_")
+        stems = ["_".join(parts[:n]) for n in range(len(parts), 0, -1)]
+        index, file = next((self.owners[s] for s in stems if s in self.owners), (last + 1, None))
+        return file if index <= last else None
+
+    def sign(self, file):
+        """Return all that the meaning of a file depends on."""
+        if file not in self.signatures:
+            self.signatures[file] = ""
+            last = max(i for i, (owner, _) in enumerate(self.entries) if owner == file)
+            text = "".join(item for owner, item in self.entries if owner == file)
+            words = set(re.findall(r"\w+", text))
+            macros = self.meaning(words, last)
+            words |= set(re.findall(r"\w+", "".join(macros)))
+            others = {self.find_owner(word, last) for word in words} - {None, file}
+            signs = [text, *macros, *(f"{other} {self.sign(other)}" for other in sorted(others))]
+            signs.append(self.option[1] if self.option else "")
+            self.signatures[file] = hashlib.sha256("\0".join(signs).encode()).hexdigest()
+        return self.signatures[file]
+
+    def find_items(self):
+        """Return the items of this section: those of other sections only if they are macros."""
+        items = [
+            item
+            for file, item in self.entries
+            if item[0] == "#" or self.prefixes[file] == self.prefix
+        ]
+        return prune(items, self.used_elsewhere)
+
+    def write(self, isa, features):
+        """Return the text of the section."""
+        text = "".join(rename(self.find_items(), self.entries, self.prefixes))
+        while (shorter := EMPTY.sub("", text)) != text:
+            text = shorter
+        macros = "".join(f"#define KR_TARGET_{name.upper()}\n" for name in features)
+        text = f"#define KR_ISA {isa}\n{macros}{text}"
+        if self.option:
+            text = VECTORIZED.format(option=self.option[1], text=text)
+        return f"\n/* {self.name} */\n{text}{undefine(defined_macros(text) | {'KR_ISA'})}"
+
+
+def share_headers(sections):
+    """Let sections use the functions of headers that an earlier section has with equal meaning."""
+    first = {}
+    for section in sections:
+        for file in section.prefixes:
+            if file.suffix == ".h":
+                owner = first.setdefault((file, section.sign(file)), section)
+                section.prefixes[file] = owner.prefix
+    by_prefix = {section.prefix: section for section in sections}
+    for section in reversed(sections):
+        end = len(section.entries)
+        for word in re.findall(r"\w+", "".join(section.find_items())):
+            owner = by_prefix[section.prefixes.get(section.find_owner(word, end), section.prefix)]
+            if owner is not section:
+                owner.used_elsewhere.add(word)
+
+
+def rename(items, entries, prefixes):
+    """Put the prefix of their file before all names that the entries define at file scope."""
+    calls, stems, types, names = {}, {}, {}, {}
+    for file, item in entries:
+        found = names_of_macros([item])
+        calls |= dict.fromkeys(found[0], prefixes[file])
+        stems |= dict.fromkeys(found[1], prefixes[file])
+        if is_type(item):
+            types |= dict.fromkeys(names_of(item), prefixes[file])
+        elif is_static(item):
+            names |= dict.fromkeys(names_of(item), prefixes[file])
+    types |= calls
+    names |= types | stems
+
+    def find_prefix(name):
+        if name in names:
+            return names[name]
+        made = [calls[call] for call in calls if name.startswith(call + "_")]
+        made += [stems[s] for s in stems if name.startswith(s) and name[len(s) :].isdigit()]
+        return made[0] if made else ""
+
+    def rename_item(item):
         def rename_token(token):
-            return prefix + token[0] if is_chosen(token[0]) else token[0]
+            name = token[0]
+            return (types.get(name, "") if is_type(item) else find_prefix(name)) + name
 
         struct = STRUCT.match(item) if is_type(item) else None
         if not struct:
             text = TOKEN.sub(rename_token, item)
-            return re.sub(rf"(offsetof\(\w+, ){prefix}", r"\1", text)  # a member
+            prefix = "|".join(set(prefixes.values()))
+            return re.sub(rf"(offsetof\(\w+, )(?:{prefix})", r"\1", text)  # a member
         outside = [TOKEN.sub(rename_token, struct[i]) for i in (1, 3)]
         return outside[0] + MEMBER_TYPE.sub(rename_token, struct[2]) + outside[1]
 
@@ -306,29 +421,6 @@ def defined_macros(text):
 
 def undefine(names):
     return "".join(f"#undef {name}\n" for name in sorted(names))
-
-
-def write_section(source, unit, isa, features, plain):
-    """Return the text of one source for one instruction set.
-
-    Types come from the plain part, unless a switch chooses another version of their header.
-    """
-    items = []
-    for file, text in unit.parts:
-        is_own = unit.text_of(file) != plain.text_of(file)
-        for item in split_items(SYSTEM.sub("", text)):
-            if is_own or item.startswith("#") or (is_static(item) and not is_type(item)):
-                items.append(item)
-    text = "".join(rename(prune(items), f"{isa}_{source.stem}_"))
-    while (shorter := EMPTY.sub("", text)) != text:
-        text = shorter
-    macros = "".join(f"#define KR_TARGET_{name.upper()}\n" for name in features)
-    text = f"#define KR_ISA {isa}\n{macros}{text}"
-    name = source.relative_to(ROOT).as_posix()
-    own = rf"\({name}\s+PROPERTIES COMPILE_OPTIONS -f([\w-]+)\)"
-    if option := re.search(own, (ROOT / "CMakeLists.txt").read_text()):
-        text = VECTORIZED.format(option=option[1], text=text)
-    return f"\n/* {name} */\n{text}{undefine(defined_macros(text) | {'KR_ISA'})}"
 
 
 def write_head(system):
@@ -369,11 +461,13 @@ def amalgamate():
     out.append(undefine(defined_macros(body) | {"KR_ISA"}))
     for isa, features in instruction_sets().items():
         known = declared_names(isa, COMMENT.sub("", body))
-        text = "".join(
-            write_section(source, unit, isa, features, plain)
+        sections = [
+            Section(source, unit, isa, plain)
             for source, unit in units.items()
             if known & set(EXPORT.findall(unit.text_of(source)))
-        )
+        ]
+        share_headers(sections)
+        text = "".join(section.write(isa, features) for section in sections)
         macro, target = f"KR_WITH_{isa.upper()}", ",".join(features)
         out.append(TARGETED.format(macro=macro, target=target, text=text) if features else text)
     return "".join(out) + FOOT

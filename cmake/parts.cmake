@@ -1,5 +1,5 @@
-# Remove the sources of parts that KREISEL_METHODS, KREISEL_DIGITS and KREISEL_TANGENTS leave out. `is_complete` is ON if
-# nothing is left out, which the tests and the Python extension require.
+# Remove the sources of parts that KREISEL_METHODS, KREISEL_DIGITS, KREISEL_TANGENTS and KREISEL_SUPPORTS leave out.
+# `is_complete` is ON if nothing is left out, which the tests and the Python extension require.
 set(is_complete ON)
 # Stop if a name in the list called `option` is not in the list called `allowed`.
 function(check_names option allowed)
@@ -50,4 +50,9 @@ if(NOT KREISEL_TANGENTS)
   set(is_complete OFF)
   list(FILTER sources EXCLUDE REGEX "/taylor/(kernel_tangent[a-z_]*|tangents|support_tangents)\\.c$")
   add_compile_definitions(KR_NO_TANGENTS)
+endif()
+if(NOT KREISEL_SUPPORTS)
+  set(is_complete OFF)
+  list(FILTER sources EXCLUDE REGEX "/taylor/support_[a-z]+\\.c$")
+  add_compile_definitions(KR_NO_SUPPORTS)
 endif()

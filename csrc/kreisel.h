@@ -70,8 +70,8 @@ extern "C" {
     X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, as kr_method_find returns it " \
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")          \
-    X(ERR_NOT_BUILT,   INPUT,     "the method, or more than 16 digits, or tangents were left out " \
-                                  "when the library was built")                                   \
+    X(ERR_NOT_BUILT,   INPUT,     "the method, the digits, the tangents, or moving supports and "  \
+                                  "friction were left out when the library was built")            \
     X(ERR_DAMPING,     INPUT,     "the method does not apply to damped tops")                     \
     X(ERR_OPTION,      INPUT,     "the method does not offer the digits, the tangents or the "    \
                                   "skipped heading that are requested, or not together")          \

@@ -199,7 +199,10 @@ static void test_quantities(void)
     const kr_scene thesis = kr_scene_default();
     kr_scene s = thesis;
     kr_vec3 frame[3];
+    kr_body cuboid;
     IS(kr_scene_check(&s) == KR_OK);
+    IS(kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &cuboid) == KR_OK);
+    IS(memcmp(&thesis.body, &cuboid, sizeof cuboid) == 0);
     for (int i = 0; i < 200; i++) {
         s.start.q = random_quat();
         s.start.m = random_vec(3);

@@ -84,13 +84,25 @@ ROWS = (
         "Taylor series, `kr_method_taylor`, 30 digits, tangents",
         (MOVING % "taylor", EMPTY),
         (),
-        145,
+        135,
+    ),
+    (
+        "the same, with `-DKR_NO_SUPPORTS`",
+        (MOVING % "taylor", EMPTY),
+        ("-DKR_NO_SUPPORTS",),
+        100,
+    ),
+    (
+        "everything, with `-DKR_NO_TORUS -DKR_NO_SUPPORTS`",
+        write_everything(TORUS),
+        ("-DKR_NO_TORUS", "-DKR_NO_SUPPORTS"),
+        270,
     ),
     (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
         ("-DKR_NO_TORUS",),
-        320,
+        310,
     ),
     ("everything", write_everything(), (), None),
 )

@@ -54,7 +54,7 @@ def kernels_of(text):
         ("gcc", ["-std=gnu17"]),
         ("clang", ["-std=c99"]),
         ("gcc", ["-std=c99", "-DKR_ONE_ISA"]),
-        ("gcc", ["-std=c99", "-DKR_PLAIN", "-Os"]),
+        ("gcc", ["-std=c99", "-DKR_PLAIN", "-O1"]),
     ],
 )
 def test_the_file_gives_the_bits_of_the_library(folder, tmp_path, compiler, options):

@@ -9,7 +9,7 @@ from toolbox import CSRC, ROOT, install_library, need, run
 
 PROGRAM = ROOT / "tests/repo/options.c"
 NAMES = re.findall(r"^ *X\((\w+),", (CSRC / "kreisel.h").read_text(), re.M)
-STATUS = {name: i for i, name in enumerate(NAMES[: NAMES.index("ERR_NO_EVENTS") + 1])}
+STATUS = {name: i for i, name in enumerate(NAMES[: NAMES.index("ERR_STOPPED") + 1])}
 SECTIONS = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
 
 
@@ -28,6 +28,7 @@ def offers(library, *methods):
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
     *lines, table = run(program, *methods).splitlines()
     statuses = {name: tuple(map(int, codes)) for name, *codes in map(str.split, lines)}
+    assert {len(codes) for codes in statuses.values()} <= {7}
     return statuses, table.split()
 
 
@@ -39,28 +40,31 @@ def symbols(program):
 def test_a_build_with_one_method_says_that_others_are_left_out(tmp_path):
     library = build_library(tmp_path, KREISEL_METHODS="strang")
     statuses, table = offers(library, "strang", "taylor", "exact", "none")
-    left_out = (STATUS["ERR_NOT_BUILT"],) * 3
+    left_out = (STATUS["ERR_NOT_BUILT"],) * 7
     option = STATUS["ERR_OPTION"]
-    assert statuses["strang"] == (0, option, option)
+    assert statuses["strang"][:3] == (0, option, option)
+    refusals = [STATUS[f"ERR_{name}"] for name in ("FRICTION", "TURNING", "SHAKING", "OPTION")]
+    assert list(statuses["strang"][3:]) == refusals
     assert statuses["taylor"] == statuses["exact"] == left_out
-    assert statuses["none"] == (STATUS["ERR_NO_METHOD"],) * 3
+    assert statuses["none"] == (STATUS["ERR_NO_METHOD"],) * 7
     assert table == ["strang"]
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names instruction sets of x86_64")
-def test_taylor_with_sixteen_digits_without_tangents(tmp_path):
+def test_taylor_with_sixteen_digits_without_tangents_and_supports(tmp_path):
     library = build_library(
         tmp_path,
         KREISEL_METHODS="exact;taylor",
         KREISEL_ISA="sse2",
         KREISEL_DIGITS="16",
         KREISEL_TANGENTS="OFF",
+        KREISEL_SUPPORTS="OFF",
         CMAKE_BUILD_TYPE="MinSizeRel",
     )
     statuses, table = offers(library, "exact", "taylor", "rk4")
-    assert statuses["taylor"] == (0, STATUS["ERR_NOT_BUILT"], STATUS["ERR_NOT_BUILT"])
-    assert statuses["exact"] == (0, STATUS["ERR_OPTION"], STATUS["ERR_OPTION"])
-    assert statuses["rk4"] == (STATUS["ERR_NOT_BUILT"],) * 3
+    assert statuses["taylor"] == (0, *(STATUS["ERR_NOT_BUILT"],) * 6)
+    assert statuses["exact"][:3] == (0, STATUS["ERR_OPTION"], STATUS["ERR_OPTION"])
+    assert statuses["rk4"] == (STATUS["ERR_NOT_BUILT"],) * 7
     assert table == ["exact", "taylor"]
     assert not [name for name in symbols(library) if name.endswith(("_avx2", "_avx512"))]
 
