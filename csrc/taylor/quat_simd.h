@@ -132,7 +132,8 @@ INLINE quad quad_prev(quad a)
 
 /* `duo` is two quaternions. duo_i, duo_j and duo_k permute both quaternions. duo_lo and duo_hi
  * return one of them. duo_next_prev and duo_prev_next return both cyclic permutations of one
- * vector. */
+ * vector. duo_lane_of broadcasts a component of the vector w, given a = duo_next_prev(w). Eight
+ * lanes take it from `a`, because loops with many loads from memory wait for them. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -143,6 +144,12 @@ INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); 
 INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
 INLINE quad duo_lo(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
 INLINE quad duo_hi(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
+INLINE duo duo_lane_of(duo a, const double *w, int lane)
+{
+    (void)w;
+    if (lane == 1) return duo_lanes(a, 3, 3, 3, 3, 3, 3, 3, 3);
+    return lane == 2 ? duo_lanes(a, 1, 1, 1, 1, 1, 1, 1, 1) : duo_lanes(a, 2, 2, 2, 2, 2, 2, 2, 2);
+}
 #else
 PAIRED(duo, quad, 8)
 INLINE duo duo_i(duo a) { return duo_of(quad_i(a.lo), quad_i(a.hi)); }
@@ -152,6 +159,11 @@ INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
 INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
 INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
+INLINE duo duo_lane_of(duo a, const double *w, int lane)
+{
+    (void)a;
+    return duo_splat(w[lane]);
+}
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums run in two parallel chains. Newer instruction sets have enough

@@ -111,6 +111,11 @@ INLINE duo2 duo2_lane(const double *w, int i)
 {
     return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
 }
+INLINE duo2 duo2_lane_of(duo2 a, const double *w, int lane)
+{
+    (void)a;
+    return duo2_lane(w, lane);
+}
 INLINE void copy_both_words(double *to, const double *from)
 {
     *to = *from;
@@ -146,6 +151,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 #define duo_lo duo2_lo
 #define duo_hi duo2_hi
 #define duo_lane duo2_lane
+#define duo_lane_of duo2_lane_of
 #define duo_scale duo2_scale
 #define copy_number copy_both_words
 #define quad quad2

@@ -148,11 +148,12 @@ static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, 
             others = fmax(others, D[i] / A[i]);
         slow->fall = fmax(slow->fall, slow->is_slow[i] ? pull / D[i] : sqrt(pull / A[i]));
     }
-    set_gain(motion, slow);
     /* The rotor turns the velocity about an axis that is not slow. */
     if (count < 3) others = fmax(others, v_length(motion->rotor) / fmin(A[0], fmin(A[1], A[2])));
     slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : 0.0);
-    return D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others;
+    if (!(D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others)) return 0;
+    set_gain(motion, slow);
+    return 1;
 }
 
 static void scale_series(kr_series s[2], double longer)

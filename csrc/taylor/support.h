@@ -10,14 +10,15 @@
  * limit. */
 
 /* Series that only the expansion needs. In double-double the low words follow, at the offset that
- * vector loads and stores use. w contains U, the lanes of x the varying part of G, and end_x its
- * sine. */
+ * vector loads and stores use. w contains U, and the lanes of x contain G. */
 typedef struct {
     kr_series words[2];
 } support_series;
-/* The permuted coefficients: of W, U and O, and of P without the heading. */
+/* The permuted coefficients of W, U and O, and of P without the heading: (next | prev) of U, (prev |
+ * next) of O and P. */
 typedef struct {
-    turned_vector w, u, o, p;
+    turned_vector w;
+    duo u, o, p;
 } turned_support;
 /* The sums of products of series_sums, and those of O x U and of G P. */
 typedef struct {
@@ -29,15 +30,15 @@ INLINE void add_support_term(support_sums *a, const kr_series *s, const kr_serie
                              const turned_support *of, int j, int m, form what, int turns,
                              int shakes)
 {
-    const duo x = duo_load(s->x[m]);
+    const duo x = duo_load(s->x[m]), u = turns ? of[j].u : of[j].w.ahead;
     if (what == HEADLESS) {
-        a->plain.p = duo_fma(of[j].u.ahead, of[m].p.behind, a->plain.p);
+        a->plain.p = duo_fma(u, of[m].p, a->plain.p);
     } else {
-        a->plain.i = duo_fma(duo_lane(own->w[j], 1), x, a->plain.i);
-        a->plain.j = duo_fma(duo_lane(own->w[j], 2), x, a->plain.j);
-        a->plain.k = duo_fma(duo_lane(own->w[j], 3), x, a->plain.k);
+        a->plain.i = duo_fma(duo_lane_of(u, own->w[j], 1), x, a->plain.i);
+        a->plain.j = duo_fma(duo_lane_of(u, own->w[j], 2), x, a->plain.j);
+        a->plain.k = duo_fma(duo_lane_of(u, own->w[j], 3), x, a->plain.k);
     }
-    if (turns) a->turned = duo_fma(of[j].u.ahead, of[m].o.behind, a->turned);
+    if (turns) a->turned = duo_fma(u, of[m].o, a->turned);
     if (shakes) a->pulled = duo_fma(duo_load(own->x[j]), x, a->pulled);
 }
 /* Adds the terms (j, m) to `a` and (m, j) to `b`. */
@@ -101,48 +102,59 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Adds the terms of damping and friction to coefficient n + 1 of W. */
-INLINE quad add_torques(const kr_series *s, const kr_series *own, int n, quad w)
+/* Returns coefficient n + 1 of W, where `p` is that of G P. The newest terms are added last. */
+INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr_series *own, int n,
+                             quad p)
 {
-    w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(own->w[n]), w);
-    return n == 0 ? quad_add(w, quad_load(s->rub)) : w;
+    const quad share = quad_inverse(n + 1),
+               drag = quad_mul(quad_mul(share, quad_load(s->drag)), quad_load(own->w[n])),
+               other = n == 0 ? quad_add(drag, quad_load(s->rub)) : drag,
+               up = quad_fma(quad_mul(share, quad_load(s->up)), quad_next(p), other),
+               torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
+    return quad_fma(quad_mul(share, quad_load(s->k)),
+                    quad_add(duo_lo(a->plain.cross), duo_hi(a->plain.cross)), torque);
 }
 /* Stores coefficient n of W, O and U. Also stores the spin, unless it `is_known`. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
-                           int is_known)
+                           int turns, int is_known)
 {
-    const quad u = quad_fma(quad_splat(-1.0), o, w);
+    const quad u = turns ? quad_fma(quad_splat(-1.0), o, w) : w;
+    quad_store(own->w[n], u);
+    if (turns) {
+        of[n].u = duo_next_prev(u);
+        of[n].o = duo_prev_next(o);
+    }
     set_turned(s->w[n], &of[n].w, w);
-    set_turned(own->w[n], &of[n].u, u);
-    of[n].o.ahead = duo_next_prev(o);
-    of[n].o.behind = duo_prev_next(o);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Sets coefficient n + 1 of G, and that of its sine. */
-INLINE void next_sway(const kr_series *s, kr_series *own, int n)
+/* Sets the coefficients of G: the constant part, and a cosine. */
+INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 {
-    const duo rate = duo_mul(duo_inverse(n + 1), duo_lane(s->sway, 2)),
-              sine = duo_mul(rate, duo_load(own->end_x));
-    duo_store(own->end_x, duo_mul(rate, duo_load(own->x[n])));
-    duo_store(own->x[n + 1], duo_mul(duo_splat(-1.0), sine));
+    duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
+    duo_store(own->x[0], duo_add(cosine, duo_lane(s->sway, 3)));
+    for (int n = 1; n < order; n++) {
+        const duo rate = duo_mul(duo_inverse(n), duo_lane(s->sway, 2)),
+                  next = duo_mul(rate, cosine);
+        cosine = duo_mul(duo_splat(-1.0), duo_mul(rate, sine));
+        sine = next;
+        duo_store(own->x[n], cosine);
+    }
 }
 /* Permutes coefficient n of P, which the headless form needs. */
 INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
-    const quad vertical = quad_load(s->x[n] + 4);
-    of[n].p.ahead = duo_next_prev(vertical);
-    of[n].p.behind = duo_prev_next(vertical);
+    of[n].p = duo_prev_next(quad_load(s->x[n] + 4));
 }
 /* Sets the coefficients n + 1 of the support. Those of (q | P) and W are known. */
 INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
-                                   form what, int turns, int shakes)
+                                   form what, int turns)
 {
     duo turned = duo_splat(0.0);
     if (turns)
-        for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u.ahead, of[n - j].o.behind, turned);
-    if (shakes) next_sway(s, own, n);
+        for (int j = 0; j <= n; j++) turned = duo_fma(of[j].u, of[n - j].o, turned);
     if (what == HEADLESS) turn_vertical(s, of, n + 1);
-    set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1), 1);
+    set_velocities(s, own, of, n + 1, quad_load(s->w[n + 1]), turning_rates(turned, n + 1), turns,
+                   1);
 }
 /* Sets the coefficients n + 1 of all series. */
 INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
@@ -150,19 +162,15 @@ INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_suppor
 {
     const support_sums a = support_products(s, own, of, n, what, turns, shakes);
     const quad o = turns ? turning_rates(a.turned, n + 1) : quad_splat(0.0);
-    quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
-    if (shakes) {
-        p = quad_fma(duo_lo(duo_lane(s->sway, 3)), p, duo_hi(a.pulled));
-        next_sway(s, own, n);
-    }
-    quad w = add_torques(s, own, n, velocity_rates(&a.plain, s, p, quad_inverse(n + 1)));
+    const quad vertical = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    quad w = support_velocity(&a, s, own, n, shakes ? duo_hi(a.pulled) : vertical);
     if (s->holds != 0.0) w = hold_spin(s, own, n, w, o);
     if (what == HEADLESS) {
         quad_store(s->x[n + 1] + 4, vertical_rates(&a.plain, n + 1));
         turn_vertical(s, of, n + 1);
     } else
         duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
-    set_velocities(s, own, of, n + 1, w, o, 0);
+    set_velocities(s, own, of, n + 1, w, o, turns, 0);
 }
 /* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
@@ -170,11 +178,10 @@ INLINE void expand_support_form(kr_series *s, int from, int order, form what, in
     support_series series;
     kr_series *own = series.words;
     turned_support of[KR_TAYLOR_MAX + 1];
-    duo_store(own->x[0], duo_lane(s->sway, 0));
-    duo_store(own->end_x, duo_lane(s->sway, 1));
+    if (shakes) set_acceleration(s, own, order);
     if (what == HEADLESS) turn_vertical(s, of, 0);
-    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), from > 0);
-    for (int n = 0; n < from; n++) next_known_coefficient(s, own, of, n, what, turns, shakes);
+    set_velocities(s, own, of, 0, quad_load(s->w[0]), quad_load(s->turn), turns, from > 0);
+    for (int n = 0; n < from; n++) next_known_coefficient(s, own, of, n, what, turns);
     add_rotor(s, &of[0].w);
     for (int n = from; n < order; n++) next_support_coefficient(s, own, of, n, what, turns, shakes);
 }

@@ -138,26 +138,39 @@ static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
     dd rest = angle;
-    for (int i = 0; i < 2; i++) rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
+    for (int i = 0; i < 2 && fabs(rest.hi) > 0.5 * turn.hi; i++)
+        rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
+}
+/* Writes the cosine and the sine of the shaking in doubles, at the time `since` after the start. */
+static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
+{
+    const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
+             angle = two_sum(turned.hi, scene->shaking.phase), turn = dd_scale(2.0, dd_pi());
+    const double turns = rint(angle.hi / turn.hi);
+    const dd whole = two_product(turns, turn.hi), rest = two_sum(angle.hi, -whole.hi);
+    const double low = (angle.lo + (turned.lo + scene->shaking.rate * t.lo)) +
+                       (rest.lo - (whole.lo + turns * turn.lo));
+    const dd small = two_sum(rest.hi, low);
+    double s, c;
+    sin_cos(small.hi, &s, &c);
+    *sine = dd_of(s + small.lo * c);
+    *cosine = dd_of(c - small.lo * s);
 }
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine)
 {
     const kr_scene *scene = motion->scene;
     const double unit = motion->time_unit / rate;
+    if (motion->digits <= 16) {
+        find_phase(scene, unit * end, cosine, sine);
+        return;
+    }
     const dd since = dd_add(dd_of(unit * end), dd_of(unit * low)),
              t = dd_add(dd_of(scene->start.t), since),
              angle = reduce_angle(
                  dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
-    if (motion->digits > 16) {
-        dd_sincos(angle, sine, cosine);
-        return;
-    }
-    double s, c;
-    sin_cos(angle.hi, &s, &c);
-    *sine = dd_of(s + angle.lo * c);
-    *cosine = dd_of(c - angle.lo * s);
+    dd_sincos(angle, sine, cosine);
 }
 /* Sets the varying part of G, and its sine, at the end of the last step. */
 static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
@@ -287,10 +300,15 @@ static double first_negative(double *b, int n, double low, double high)
  * INFINITY if it does not. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
-    double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0;
+    double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
     for (int i = 0; i <= order; i++) {
-        b[i] = (sign * power * s->w[i][0] + (i == 0 ? constant : 0.0)) / binomial;
+        b[i] = sign * power * s->w[i][0] + (i == 0 ? constant : 0.0);
         power *= s->end - s->t;
+        others += i > 0 ? fabs(b[i]) : 0.0;
+    }
+    if (b[0] > others) return INFINITY;
+    for (int i = 0; i <= order; i++) {
+        b[i] /= binomial;
         binomial = binomial * (order - i) / (i + 1);
     }
     for (int k = 1; k <= order; k++)

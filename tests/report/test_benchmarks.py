@@ -6,7 +6,7 @@ import re
 import pytest
 from toolbox import ROOT, core_sources
 
-from validation.benchmarks import agreement, compiling
+from validation.benchmarks import agreement, compiling, support_costs
 
 FILES = sorted(
     file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
@@ -49,6 +49,26 @@ def test_the_core_is_compiled_as_the_library_is():
     assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS
     flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", said)[1].split()
     assert set(flags) <= set(compiling.FLAGS)
+
+
+def test_the_costs_of_supports_are_those_of_steps(capsys):
+    arguments = ["kowalewski", "--rounds", "1", "--share", "0.01", "--digits", "16", "30"]
+    assert support_costs.main(arguments) == 0
+    rows = re.findall(
+        r"^  (\w[\w ]*?) +([\d.]+) +([\d.]+) +([\d.]+)$", capsys.readouterr().out, re.M
+    )
+    assert [row[0] for row in rows] == 2 * ["rotor", *support_costs.WORDS]
+    assert all(float(ratio) > 0 for row in rows for ratio in row[1:])
+    times = {"plain": iter([2.0, 4.0, 8.0]), "rotor": iter([3.0, 4.0, 4.0])}
+    ratios, base = support_costs.find_ratios(
+        lambda scene: next(times[scene]), "plain", {"rotor": "rotor"}, 3
+    )
+    assert (ratios, base) == ({"rotor": 1.0}, 4.0)
+
+
+def test_a_cost_of_a_support_is_refused_for_an_unknown_body():
+    with pytest.raises(SystemExit):
+        support_costs.main(["unknown"])
 
 
 def test_every_verb_agrees_with_20_digits_on_random_tops(capsys):

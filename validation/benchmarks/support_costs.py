@@ -99,6 +99,8 @@ def main(argv=None):
     parser.add_argument("--rounds", type=int, default=41)
     parser.add_argument("--share", type=float, default=1.0, help="of the usual length of a path")
     args = parser.parse_args(argv)
+    if unknown := set(args.kinds) - set(BODIES):
+        parser.error(f"no such body: {', '.join(sorted(unknown))}")
     for kind in args.kinds:
         for digits in args.digits:
             print_kind(kind, digits, args.rounds, args.share)
