@@ -14,8 +14,8 @@
 typedef struct {
     kr_series words[2];
 } support_series;
-/* The permuted coefficients of W, U and O, and of P without the heading: (next | prev) of U, (prev |
- * next) of O and P. */
+/* The permuted coefficients of W, U and O, and of P without the heading. U is in the order (next |
+ * prev), O and P in the order (prev | next). */
 typedef struct {
     turned_vector w;
     duo u, o, p;
