@@ -129,22 +129,36 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Returns root i minus root j, for complex roots the difference of real parts. A root e of phi and a =
- * k or -k may be close to each other. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference of a root e of phi and a = k or -k, if the roots are close to each other. Since a^2 +
+ * c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * This is used where fewer digits cancel. */
+ * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
+typedef struct close_roots {
+    int apply; /* 1 if fewer digits cancel here than in a - e */
+    dd apart;
+    double resolution;
+} close_roots;
+
+static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
+{
+    const int first = i < j ? i : j;
+    const dd e = o->root[first], sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
+             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
+    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi),
+                 plain = fabs(dd_sub(o->root[i], o->root[j]).hi);
+    close_roots r = {0, {0.0, 0.0}, fmin(fabs(up.hi), fabs(other.hi)) / size};
+    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && first != 0)) return r;
+    if (!(plain < 0.1 * fabs(sum.hi)) || !(r.resolution * fabs(e.hi) > plain)) return r;
+    r.apply = 1;
+    r.apart = dd_div(up, dd_mul(sum, other));
+    if (i < j) r.apart = dd_neg(r.apart);
+    return r;
+}
+/* Returns root i minus root j, for complex roots the difference of real parts. */
 static dd root_apart(const kowalewski_curve *o, int i, int j)
 {
-    const dd difference = dd_sub(o->root[i], o->root[j]), e = o->root[i < j ? i : j],
-             sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
-             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
-    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi);
-    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && (i < j ? i : j) != 0) ||
-        !(fabs(difference.hi) < 0.1 * fabs(sum.hi)) ||
-        !(fmin(fabs(up.hi), fabs(other.hi)) * fabs(e.hi) > size * fabs(difference.hi)))
-        return difference;
-    const dd apart = dd_div(up, dd_mul(sum, other));
-    return i < j ? dd_neg(apart) : apart;
+    const close_roots r = examine_roots(o, i, j);
+    return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
 /* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])

@@ -63,13 +63,18 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. */
+/* Returns the smallest distance between two branch points, relative to 1 + k or, if the distance is
+ * not formed as a difference, relative to what cancels in it. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
     for (int i = 0; i < ROOTS; i++)
-        for (int j = 0; j < i; j++) least = fmin(least, cx_abs(root_less_root(o, i, j)));
-    return least / (1.0 + o->k.hi);
+        for (int j = 0; j < i; j++) {
+            const close_roots r = examine_roots(o, i, j);
+            least = fmin(least, r.apply ? r.resolution
+                                        : cx_abs(root_less_root(o, i, j)) / (1.0 + o->k.hi));
+        }
+    return least;
 }
 static void make_samples(const kowalewski_work *w, torus_sample out[])
 {
@@ -377,7 +382,7 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     w->separatrix = separatrix_error(o);
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
-    if (!(distance > 1e-50)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
     /* The formulas of a start have the distances as divisors. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
@@ -387,8 +392,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
         !make_periods(o, w->arc, &w->rates, &w->theta.matrix))
         return KR_KOWALEWSKI_INTEGRALS;
     refine_cosines(&w->table, GRID / SAMPLE_STEPS);
-    if (!(find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start) < 1e-14))
-        return unresolved;
+    const double miss = find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start);
+    if (!(miss < 1e-14)) return miss < 1e-6 ? KR_KOWALEWSKI_SEPARATRIX : unresolved;
     w->theta.kind = kind_of(o);
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
