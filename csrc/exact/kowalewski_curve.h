@@ -129,8 +129,8 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The difference of a root e of phi and a = k or -k, if the roots are close to each other. Since a^2 +
- * c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference of a root e of phi and a = k or -k, if the roots are close to each other. Since
+ * a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
  * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
 typedef struct close_roots {
@@ -184,8 +184,8 @@ typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
 
-/* Returns q^2 (w1 - e)(e - w2) of a state, where e is real root i, the lower end of an arc. With A^2 =
- * 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2) of a state, where e is real root i, an end of an arc below w1. With
+ * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
 static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
