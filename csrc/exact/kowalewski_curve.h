@@ -129,22 +129,36 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Returns root i minus root j, for complex roots the difference of real parts. A root e of phi and a =
- * k or -k may be close to each other. Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference of a root e of phi and a = k or -k, if the roots are close to each other. Since
+ * a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * This is used where fewer digits cancel. */
+ * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
+typedef struct close_roots {
+    int apply; /* 1 if fewer digits cancel here than in a - e */
+    dd apart;
+    double resolution;
+} close_roots;
+
+static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
+{
+    const int first = i < j ? i : j;
+    const dd e = o->root[first], sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
+             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
+    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi),
+                 plain = fabs(dd_sub(o->root[i], o->root[j]).hi);
+    close_roots r = {0, {0.0, 0.0}, fmin(fabs(up.hi), fabs(other.hi)) / size};
+    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && first != 0)) return r;
+    if (!(plain < 0.1 * fabs(sum.hi)) || !(r.resolution * fabs(e.hi) > plain)) return r;
+    r.apply = 1;
+    r.apart = dd_div(up, dd_mul(sum, other));
+    if (i < j) r.apart = dd_neg(r.apart);
+    return r;
+}
+/* Returns root i minus root j, for complex roots the difference of real parts. */
 static dd root_apart(const kowalewski_curve *o, int i, int j)
 {
-    const dd difference = dd_sub(o->root[i], o->root[j]), e = o->root[i < j ? i : j],
-             sum = dd_add(o->root[i], o->root[j]), other = dd_add(e, o->h),
-             square = dd_half(dd_square(o->l)), up = dd_sub(other, square);
-    const double size = fmax(fmax(fabs(e.hi), fabs(o->h.hi)), square.hi);
-    if ((i < ROOT_K) == (j < ROOT_K) || (o->pair && (i < j ? i : j) != 0) ||
-        !(fabs(difference.hi) < 0.1 * fabs(sum.hi)) ||
-        !(fmin(fabs(up.hi), fabs(other.hi)) * fabs(e.hi) > size * fabs(difference.hi)))
-        return difference;
-    const dd apart = dd_div(up, dd_mul(sum, other));
-    return i < j ? dd_neg(apart) : apart;
+    const close_roots r = examine_roots(o, i, j);
+    return r.apply ? r.apart : dd_sub(o->root[i], o->root[j]);
 }
 /* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
@@ -165,21 +179,72 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* Writes k - w1, and the least real root minus w2, of a state p, q, r, g1, g2, g3. With z = (r x +
- * g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
- *     (k - w1)(k - w2) = (Im z/q)^2.
- * This gives k - w1 without cancellation, also if the arc of w1 is short. */
-static void separate(const kowalewski_curve *o, const dd y[6], dd gap[2])
+/* The distances of w1 from k and from the lower end of its arc, and of w2 from the end of its arc. */
+typedef struct arc_gaps {
+    dd up, down, below;
+} arc_gaps;
+
+/* Returns q^2 (w1 - e)(e - w2) of a state, where e is real root i, an end of an arc below w1. With
+ * A^2 = 2 (e + h), B^2 = e^2 + c and A B = l, this is the square of
+ *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
+static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
-    const dd p = y[0], q = y[1], r = y[2];
-    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4])));
-    /* Im z */
-    const dd z = dd_sub(dd_mul(dd_mul(r, q), root.re), dd_mul(dd_add(dd_mul(r, p), y[5]), root.im));
+    const dd e = o->root[i], sum = dd_twice(dd_add(e, o->h)), other = dd_add(dd_square(e), o->c),
+             size = dd_sub(dd_add(dd_square(p), dd_square(q)), e);
+    dd A = dd_sqrt(dd_max(sum, dd_of(0.0))), B = dd_sqrt(dd_max(other, dd_of(0.0)));
+    if (i == ROOT_MINUS_K) return dd_square(re_z);
+    if (A.hi > B.hi)
+        B = dd_div(o->l, A);
+    else if (B.hi > 0.0)
+        A = dd_div(o->l, B);
+    return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
+}
+/* Solves the equations of separate by iteration from approximate gaps. `product` has (k - w1)(k -
+ * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The equations are used in
+ * the order in which an error of `below` decreases fastest. */
+static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
+{
+    const int low = o->order[o->real - 2], least = o->order[0];
+    const dd height = root_apart(o, ROOT_K, low), width = root_apart(o, ROOT_K, least),
+             between = root_apart(o, low, least);
+    const double u = gap->down.hi, v = gap->below.hi, d = between.hi, up = gap->up.hi,
+                 first = u * v / ((d + v) * (u + d)), second = u * (width.hi + v) / ((d + v) * up),
+                 third = up * v / ((width.hi + v) * (u + d));
+    for (int i = 0; i < 40; i++) {
+        const dd before = gap->below;
+        if (third <= fmin(first, second))
+            gap->down = dd_sub(height, dd_div(product[0], dd_add(width, before)));
+        else
+            gap->down = dd_div(product[1], dd_add(between, before));
+        if (second < fmin(first, third))
+            gap->below = dd_sub(dd_div(product[0], dd_sub(height, gap->down)), width);
+        else
+            gap->below = dd_div(product[2], dd_add(gap->down, between));
+        if (!(fabs(dd_sub(gap->below, before).hi) > 1e-30 * fabs(before.hi))) break;
+    }
+    gap->up = dd_div(product[0], dd_add(width, gap->below));
+    gap->down = dd_div(product[1], dd_add(between, gap->below));
+}
+/* Computes the gaps of a state p, q, r, g1, g2, g3. With z = (r x + g3) times the conjugate of the
+ * square root of x^2 + g1 + i g2, where x = p + iq,
+ *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
+ * This equation and those of product_at_end give the gaps to full precision. */
+static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
+{
+    const int low = o->order[o->real - 2], least = o->order[0];
+    const dd p = y[0], q = y[1], r = y[2], square = dd_square(q);
+    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4]))),
+              z = cdd_mul(cdd_add(cdd_scale(r, x), cdd_real(y[5])),
+                          cdd_of(root.re, dd_neg(root.im)));
     dd w[2];
     find_variables(o, p, q, w);
-    const dd under = dd_mul(dd_square(q), dd_sub(o->k, w[1]));
-    gap[0] = under.hi > 0.0 ? dd_div(dd_square(z), under) : dd_sub(o->k, w[0]);
-    gap[1] = dd_sub(real_root(o, 0), w[1]);
+    arc_gaps gap = {dd_sub(o->k, w[0]), dd_sub(w[0], o->root[low]), dd_sub(o->root[least], w[1])};
+    if (!(square.hi > 0.0)) return gap;
+    const dd product[3] = {dd_div(dd_square(z.im), square),
+                           dd_div(product_at_end(o, low, p, q, z.re), square),
+                           dd_div(product_at_end(o, least, p, q, z.re), square)};
+    refine_gaps(o, product, &gap);
+    return gap;
 }
 
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)

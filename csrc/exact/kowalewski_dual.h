@@ -134,9 +134,9 @@ static dd exponent_of_term(const dual_work *d, const dual_term *n)
              c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
     return dd_add(dd_add(a, c), b);
 }
-/* Chooses a factor of all terms with which the smallest one is in the range of doubles. Returns 0 if
- * powers of growths or squares of sums exceed the range. In a product of powers and a size, large
- * and small factors cancel. */
+/* Chooses a factor of all terms with which the smallest one is in the range of doubles. Returns 0
+ * if powers of growths or squares of sums exceed the range. In a product of powers and a size,
+ * large and small factors cancel. */
 static int scale_dual_terms(dual_work *d)
 {
     const double across = fabs(d->bend[1]), first = d->bend[0] + across,

@@ -33,13 +33,13 @@ typedef struct kowalewski_work {
  * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
-    const double slack = 1e-25;
-    dd gap[2];
-    separate(o, state, gap);
+    const double slack = 1e-12;
+    dd w[2];
+    find_variables(o, state[0], state[1], w);
     const dd low = real_root(o, o->real - 2), least = real_root(o, 0);
     return o->order[o->real - 1] == ROOT_K &&
-           dd_sub(dd_sub(o->k, low), gap[0]).hi >= -slack * (1.0 + fabs(low.hi)) &&
-           gap[1].hi >= -slack * (1.0 + fabs(least.hi));
+           dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
+           dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
 /* Returns the relative error of the distance between two branch points. Two roots of phi that are
  * close to each other have half of the digits. */
@@ -63,13 +63,18 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. */
+/* Returns the smallest distance between two branch points, relative to 1 + k or, if the distance is
+ * not formed as a difference, relative to what cancels in it. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
     for (int i = 0; i < ROOTS; i++)
-        for (int j = 0; j < i; j++) least = fmin(least, cx_abs(root_less_root(o, i, j)));
-    return least / (1.0 + o->k.hi);
+        for (int j = 0; j < i; j++) {
+            const close_roots r = examine_roots(o, i, j);
+            least = fmin(least, r.apply ? r.resolution
+                                        : cx_abs(root_less_root(o, i, j)) / (1.0 + o->k.hi));
+        }
+    return least;
 }
 static void make_samples(const kowalewski_work *w, torus_sample out[])
 {
@@ -372,12 +377,12 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
-    if (!(fabs(o->h.hi) < 1e14)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(fabs(o->h.hi) < 1e12)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
     w->separatrix = separatrix_error(o);
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
-    if (!(distance > 1e-50)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
     /* The formulas for the start divide by these distances. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
@@ -387,8 +392,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
         !make_periods(o, w->arc, &w->rates, &w->theta.matrix))
         return KR_KOWALEWSKI_INTEGRALS;
     refine_cosines(&w->table, GRID / SAMPLE_STEPS);
-    if (!(find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start) < 1e-12))
-        return unresolved;
+    const double miss = find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start);
+    if (!(miss < 1e-14)) return miss < 1e-6 ? KR_KOWALEWSKI_SEPARATRIX : unresolved;
     w->theta.kind = kind_of(o);
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;

@@ -149,23 +149,16 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Writes sine and cosine of x/2 at the point of an arc where Kowalewski's variable is `gap` below
- * the upper end. */
-static void half_angle_at(const kowalewski_arc *arc, dd gap, dd *s, dd *c)
+/* Computes the point of an arc where Kowalewski's variable is `gap` below the upper end, and `rest`
+ * above a lower end that is not at infinity. The later value `next` of `gap` gives the direction of
+ * the motion. Returns 0 if sine or cosine of x/2 is at most `least`. */
+static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
+                         dd next, double least, arc_point *out)
 {
-    const dd size = dd_neg(arc->a[arc->high]), up = dd_max(gap, dd_of(0.0)),
-             down = dd_max(dd_sub(size, dd_mul(gap, arc->C)), dd_of(0.0)), both = dd_add(up, down);
-    *s = dd_sqrt(dd_div(up, both));
-    *c = dd_sqrt(dd_div(down, both));
-}
-/* Computes the point of an arc where Kowalewski's variable is `gap` below the upper end. The later
- * value `next` of this distance gives the direction of the motion. Returns 0 if sine or cosine of
- * x/2 is at most `least`. */
-static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd next,
-                         double least, arc_point *out)
-{
-    dd s, c;
-    half_angle_at(arc, gap, &s, &c);
+    const dd none = dd_of(0.0), up = dd_max(gap, none),
+             down = arc->low == NO_ROOT ? dd_neg(arc->A) : dd_mul(arc->C, dd_max(rest, none)),
+             both = dd_add(up, down);
+    dd s = dd_sqrt(dd_div(up, both)), c = dd_sqrt(dd_div(down, both));
     if (!(s.hi > least && c.hi > least)) return 0;
     dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
     if (dd_less(next, gap)) {
@@ -221,15 +214,15 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
-    dd gap[2], next[2];
-    separate(o, at, gap);
-    separate(o, later, next);
-    return make_point_at(o, &arc[0], gap[0], next[0], least, &point[0]) &&
-           make_point_at(o, &arc[1], gap[1], next[1], least, &point[1]);
+    const arc_gaps gap = separate(o, at), next = separate(o, later);
+    return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
+           make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
 /* Finds the signs, and the angles of the torus at the start. It uses a state shortly after the
  * start that is not close to an end of an arc. If w1 or w2 is slow, it stays near the end of its
- * arc for a long time, so a state nearer to the end is used. Returns the error of this state. */
+ * arc for a long time, so a state nearer to the end is used. Returns the error of this state,
+ * divided by the velocity: near a saddle, an early state depends on the angles far less than a late
+ * one. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])
@@ -249,7 +242,9 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
         for (int j = 0; j < 2; j++)
             theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
                        (step + 1) * moment * rates->rate[j].hi;
-        return find_signs(o, k, point, at);
+        double velocity = 0.0;
+        for (int j = 0; j < 6; j++) velocity = fmax(velocity, fabs(series[j][1].hi));
+        return find_signs(o, k, point, at) / fmin(velocity, 1.0);
     }
     return INFINITY;
 }

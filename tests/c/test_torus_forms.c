@@ -396,7 +396,7 @@ static void angles_of_the_torus_grow_linearly(const form_case *c)
         const kr_state want = by_series(&there, t),
                        got = c->state_at(plan, a + head.frequency[0] * t / turn,
                                          b + head.frequency[1] * t / turn);
-        NEAR(off_in_body(&s, got, want), 0.0, 1e-12);
+        NEAR(off_in_body(&s, got, want), 0.0, 2e-12);
         NEAR(off_in_body(&s, c->state_at(plan, a - 3.0, b + 2.0), there.start), 0.0, 1e-12);
         IS(isnan(c->state_at(plan, INFINITY, b).q.w) && isnan(c->state_at(plan, a, NAN).m.x));
     }

@@ -31,7 +31,7 @@ static int check_kowalewski(const kr_scene *s, double t)
     const int refusal = ((const kr_kowalewski *)memory)->refusal;
     IS(refusal == KR_KOWALEWSKI_REST || refusal == KR_KOWALEWSKI_ROTATION ||
        refusal == KR_KOWALEWSKI_PLANAR || refusal == KR_KOWALEWSKI_COINCIDENT ||
-       refusal == KR_KOWALEWSKI_SEPARATRIX);
+       refusal == KR_KOWALEWSKI_SEPARATRIX || refusal == KR_KOWALEWSKI_SUMS);
     return 0;
 }
 static int check_chaplygin(const kr_scene *s, double t)

@@ -180,7 +180,7 @@ def print_findings(found, chosen, limit):
 
 def reason_of(refusal):
     """Return the reason of a ValueError of kr.exact."""
-    return str(refusal).split(": ")[1]
+    return str(refusal).split(": ")[1].split("; ")[0]
 
 
 def count_above(values, limits):

@@ -81,7 +81,10 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
     if _misses_ratio(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene"
     if times is None:
-        return f"'auto' integrates {top} tops in runs, streams, ensembles and without times"
+        return (
+            f"'auto' integrates {top} tops in runs, streams, ensembles and without times; "
+            "the method 'exact' takes the closed form"
+        )
     steps = _estimate_steps(scene, float(np.abs(times).max(initial=0.0)))
     cost = form.set_up + form.state * times.size
     if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles

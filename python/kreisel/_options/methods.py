@@ -224,7 +224,10 @@ def explain_no_closed_form(scene: Scene) -> str:
     if has_torus(scene):
         top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
         refusal = torus_plan(scene._block, 0.0)[1]
-        return f"this motion of a {top} top has no closed form: {refusal}"
+        return (
+            f"this motion of a {top} top has no closed form: {refusal}; "
+            "kr.solve integrates it with the method 'taylor'"
+        )
     return (
         "no closed form can resolve when a top falls whose axis leans or moves by less than "
         "1e-70 at the start"
