@@ -123,8 +123,15 @@ class Point:
         return safe
 
     @cached_property
+    def is_turning(self) -> bool:
+        """True if the support turns."""
+        return bool(self.turning.any())
+
+    @cached_property
     def velocity_at_rest(self) -> Array:
         """The angular velocity in the space at rest, seen from the principal axes."""
+        if not self.is_turning:
+            return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
         return made
 
@@ -160,13 +167,15 @@ class Point:
             body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
-            turning=self.turning,
+            turning=self.turning if self.is_turning else None,
             shaking=self.shaking_since(since),
             friction=self.friction,
         )
 
-    def shaking_since(self, t: float) -> Vector:
+    def shaking_since(self, t: float) -> Vector | None:
         """Return the shaking of a scene that starts at the time t of the motion."""
+        if not self.shaking.any():
+            return None
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking((amplitude, rate, phase), t)
 
@@ -414,9 +423,10 @@ class Parameters:
             "damping": max(float(point.damping.max()), slowest),
             "friction": max(point.friction, slowest * rate),
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
-            "turning": max(float(np.linalg.norm(point.turning)), rate),
             "delay": 1.0 / rate,
         }
+        if self.has("turning"):
+            made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
         if self.has("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
