@@ -358,11 +358,17 @@ class Parameters:
         if "friction" in changes:
             changes["friction"] = max(float(changes["friction"]), 0.0)
         if "shaking" in changes:
-            moved = np.array(changes["shaking"])
-            moved[1] = max(moved[1], 1e-3 * point.shaking[1])
-            changes["shaking"] = moved
+            changes["shaking"] = self._bound_shaking(np.array(changes["shaking"]), point)
         instruments = self._move_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
+
+    def _bound_shaking(self, shaking: Array, before: Point) -> Array:
+        """Return the same shaking with an amplitude of the scene's sign, and a positive rate."""
+        shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
+        if shaking[0] < 0.0 <= self.start.shaking[0]:
+            shaking[0] = -shaking[0]
+            shaking[2] -= np.copysign(np.pi, shaking[2])
+        return shaking
 
     def _move_instruments(self, point: Point, step: Array) -> dict[Key, Array]:
         made = {}
