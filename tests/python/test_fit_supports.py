@@ -176,16 +176,16 @@ def test_the_trace_of_the_tip_on_a_turntable_needs_no_start():
 
 
 def test_the_trace_of_a_tip_past_the_stop_needs_no_start():
-    top = SYMMETRIC.replace(friction=1.5)
-    path = kr.solve(top, np.linspace(0.0, 10.0, 250), events=[kr.events.stopped()])
-    assert 7.0 < path.events.t[0] < 9.0
-    apex = path.apex + 0.005 * np.random.default_rng(1).normal(size=path.apex.shape)
+    top = SYMMETRIC.replace(friction=2.5)
+    path = kr.solve(top, np.linspace(0.0, 6.0, 200), events=[kr.events.stopped()])
+    assert path.events.t[0] == pytest.approx(0.6 * 20.0 / 2.5)
+    apex = path.apex + 0.01 * np.random.default_rng(1).normal(size=path.apex.shape)
     body = kr.Body.symmetric(1.0, 1.7, 1.5, 0.4, unphysical=True)
     guess = kr.Scene(body, momentum=(0, 0, 1), gravity=9.81)
-    record = kr.Record(path.t, {"apex": apex}, 0.005)
+    record = kr.Record(path.t, {"apex": apex}, 0.01)
     fit = kr.fit(guess, record, ("start", "moments", "friction"))
     assert 0.8 < fit.chi2 / fit.dof < 1.2
-    assert is_near(fit, [("friction", 1.5), ("I1 = I2", 1.0)])
+    assert is_near(fit, [("friction", 2.5), ("I1 = I2", 1.0)])
     assert fit.error["friction"] < 0.01
 
 
@@ -217,9 +217,9 @@ def test_pieces_keep_the_phase_of_the_shaking():
 @pytest.mark.parametrize("words", [{"turning": TURNING}, {"shaking": SHAKING}, {"friction": 0.5}])
 def test_gaps_between_pieces_have_right_derivatives(words):
     scene = HEAVY.replace(body=ROTOR, **words)
-    record = gyroscope(scene, n=60, sigma=0.05)
+    record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
-    model = ShootingModel(parameters, [record], [record.series[0].sigma], 3)
+    model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
     pieces = model.start_along(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
     natural = np.minimum(model.natural_sizes(pieces), 1.0)

@@ -115,7 +115,7 @@ class Record(ReadOnlyArrays):
 
     Quantities are those of a path, and specific_force, the acceleration of `point` minus that of
     gravity, seen from the frame of the body [L T^-2]. At rest it points up and has the size of
-    gravity.
+    gravity. A gyroscope measures body_velocity, or on a turning support inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.
