@@ -259,7 +259,13 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
-        refuse_disturbances(scene, "the unstable equilibrium is not known for tops")
+        instead = "find the highest points of the apex by kr.events.nutation()"
+        refuse_disturbances(
+            scene,
+            "the unstable equilibrium is not known for tops",
+            ("damping", "friction"),
+            instead,
+        )
     if scene.gravity and any(scene.body.com):
         if "direction" in more:
             raise TypeError("under gravity a separatrix has its own direction: leave direction out")

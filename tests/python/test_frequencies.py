@@ -239,3 +239,36 @@ def test_frequencies_need_so_many_states():
         kr.frequencies(path, 65)
     with pytest.raises(ValueError, match="the path must have at least 64 states, not 63"):
         kr.frequencies(kr.solve(TOP, t[:63]), 64)
+
+
+@pytest.mark.parametrize("t", [np.linspace(0, 200, 4001), np.linspace(0, -200, 4001)])
+@pytest.mark.parametrize("name", ["cusps", "thesis", "kowalewski"])
+def test_a_turntable_is_subtracted_from_the_precession(name, t):
+    scene, rate = getattr(kr.scenes, name), 0.37
+    carried = scene.replace(turning=(0, 0, rate))
+    for method in ("taylor", "exact"):
+        rest, found = (kr.frequencies(kr.solve(top, t, method)) for top in (scene, carried))
+        assert found.exact == rest.exact
+        precession = rest.precession - rate
+        assert found.precession == pytest.approx(precession, abs=1e-12, nan_ok=True)
+        assert found.nutation == pytest.approx(rest.nutation, rel=1e-11)
+        assert found.spin == pytest.approx(rest.spin, rel=1e-11, nan_ok=True)
+        assert np.abs(found.lines[:4] - (rest.lines[:4] - rate)).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (
+            {"turning": (0.1, 0, 0)},
+            "turning support: its rates about the vertical are not constant",
+        ),
+        ({"shaking": (0.1, 3.0, 0)}, "shaken support: its rates about the vertical are not const"),
+        ({"friction": 0.1}, "friction: the motion decays"),
+        ({"turning": (0, 0, 0.1), "gravity": 0}, "replace.turning=None. gives the same motion"),
+    ],
+)
+def test_supports_without_constant_rates_are_refused(words, said):
+    path = kr.solve(kr.scenes.cusps.replace(**words), np.linspace(0, 10, 100))
+    with pytest.raises(ValueError, match=said):
+        kr.frequencies(path)

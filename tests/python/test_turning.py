@@ -249,6 +249,29 @@ def test_whatever_does_not_know_turning_supports_says_so():
             refused()
 
 
+def test_refusals_name_an_alternative():
+    upright = make_scene("lagrange", turning=ABOUT_E3)
+    path = kr.solve(upright, np.linspace(0, 10, 101))
+    for refused in (
+        lambda: kr.exact(upright),
+        lambda: kr.lyapunov(upright, 10.0),
+        lambda: kr.megno(upright.vary(mass=[1.0, 2.0]), 10.0),
+        lambda: kr.rod(path),
+        lambda: kr.apex(path).nutation(),
+        lambda: kr.events.separatrix(upright),
+        lambda: kr.solve(upright, 1.0, "geometric", error=1e-3),
+    ):
+        with pytest.raises(ValueError, match=r"replace\(turning=None\) gives the same motion"):
+            refused()
+    for refused, instead in (
+        (lambda: kr.lyapunov(HEAVY, 10.0), "tangents='start'"),
+        (lambda: kr.solve(HEAVY, 1.0, "geometric", error=1e-3), "method='taylor'"),
+        (lambda: kr.events.separatrix(HEAVY), r"kr.events.nutation\(\)"),
+    ):
+        with pytest.raises(ValueError, match=instead):
+            refused()
+
+
 def test_accelerations_and_derivatives_of_quantities():
     weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
     words = {"turning": TURNING, "shaking": (0.2, 5.0, 0.3), "damping": (0.1, 0.2, 0.3)}

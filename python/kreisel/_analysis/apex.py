@@ -86,7 +86,10 @@ class Apex:
         """
         body = self.scene.body
         refuse_disturbances(
-            self.scene, "nutations are not defined for tops", ("damping", "friction")
+            self.scene,
+            "nutations are not defined for tops",
+            ("damping", "friction"),
+            "kr.events.nutation() finds the times at which the apex is highest and lowest",
         )
         if body.kind != "lagrange":
             raise ValueError(

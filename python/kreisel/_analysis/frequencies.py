@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._model.environment import refuse_disturbances
+from .._model.scene import Scene
 from .._options.methods import EXACT, methods
 from .._results.path import Path
 from .._solve.exact import Exact, ExactTorus, exact
@@ -38,6 +39,7 @@ from .._utils.validation import (
     check_type,
     freeze_arrays,
 )
+from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
 from .turns import Waves, compute_motion, count_turns
 
@@ -125,6 +127,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
     they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
+    On a support that turns about e3, precession and lines are those seen from the support.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -135,8 +138,9 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         True
 
     Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
-    that are not evenly spaced, for a top with damping, friction or a support that moves, and for a
-    body without torque whose rotor is not along its axis of symmetry.
+    that are not evenly spaced, for a top with damping or friction, and for a support that shakes or
+    turns about another axis than e3. Also raises ValueError for a body without torque on a turning
+    support, or whose rotor is not along its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -144,7 +148,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:
         raise ValueError("a damped top has no frequencies, because its motion decays")
-    refuse_disturbances(path.scene, "frequencies are not defined for a top")
+    _refuse_support(path.scene)
     _refuse_free_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
@@ -158,11 +162,34 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _strongest_lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT:
-        rates = _compute_exact_rates(exact(path.scene))
-        if rates is not None:
-            return Frequencies(*rates, *told, True)
-    return Frequencies(*_compute_rates(path), *told, False)
+    turning = path.scene.turning[2]
+    path = _see_from_rest(path, turning) if turning else path
+    rates = _compute_exact_rates(exact(path.scene)) if path.method == EXACT else None
+    precession, nutation, spin = _compute_rates(path) if rates is None else rates
+    return Frequencies(precession - turning, nutation, spin, *told, rates is not None)
+
+
+def _refuse_support(scene: Scene) -> None:
+    """Raise ValueError for friction, and for a support on which the rates are not constant."""
+    is_free = not (scene.gravity and any(scene.body.com))
+    is_upright = not (any(scene.turning[:2]) or is_free)
+    refuse_disturbances(
+        scene,
+        "frequencies are not defined for a top",
+        ("a turning support",) if is_upright else (),
+        "the motion decays" if scene.friction else "its rates about the vertical are not constant",
+    )
+
+
+def _see_from_rest(path: Path, turning: float) -> Path:
+    """Return the path of a top on a support that turns about e3, seen from the space at rest."""
+    zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
+    turned = np.cos(half), zero, zero, np.sin(half)
+    w, x, y, z = path.q.T
+    q, m = multiply(turned, (w, x, y, z)), turn(turned, (path.m[:, 0], path.m[:, 1], path.m[:, 2]))
+    states = np.stack((path.t, *q, *m), axis=-1)
+    scene = path.scene.replace(turning=None)
+    return Path(scene, states, path.stats, path._options, path._is_back)
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:

@@ -73,7 +73,7 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
             up = table.get("body_vertical")
             first = _first_vertical(record.t, up, t) if up is not None and len(t) else None
             found = _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
-            is_at_rest = name == INERTIAL_VELOCITY.name and bool(point.turning.any())
+            is_at_rest = name == INERTIAL_VELOCITY.name and point.is_turning
             made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
             t, w = _select_stretch(record.t, table["velocity"])

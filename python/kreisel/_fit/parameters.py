@@ -123,8 +123,15 @@ class Point:
         return safe
 
     @cached_property
+    def is_turning(self) -> bool:
+        """True if the support turns."""
+        return bool(self.turning.any())
+
+    @cached_property
     def velocity_at_rest(self) -> Array:
         """The angular velocity in the space at rest, seen from the principal axes."""
+        if not self.is_turning:
+            return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
         return made
 
@@ -160,13 +167,15 @@ class Point:
             body_momentum=self.momentum,
             gravity=self.gravity,
             damping=self.damping,
-            turning=self.turning,
+            turning=self.turning if self.is_turning else None,
             shaking=self.shaking_since(since),
             friction=self.friction,
         )
 
-    def shaking_since(self, t: float) -> Vector:
+    def shaking_since(self, t: float) -> Vector | None:
         """Return the shaking of a scene that starts at the time t of the motion."""
+        if not self.shaking.any():
+            return None
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking((amplitude, rate, phase), t)
 
@@ -349,11 +358,17 @@ class Parameters:
         if "friction" in changes:
             changes["friction"] = max(float(changes["friction"]), 0.0)
         if "shaking" in changes:
-            moved = np.array(changes["shaking"])
-            moved[1] = max(moved[1], 1e-3 * point.shaking[1])
-            changes["shaking"] = moved
+            changes["shaking"] = self._bound_shaking(np.array(changes["shaking"]), point)
         instruments = self._move_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
+
+    def _bound_shaking(self, shaking: Array, before: Point) -> Array:
+        """Return the same shaking with an amplitude of the scene's sign, and a positive rate."""
+        shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
+        if shaking[0] < 0.0 <= self.start.shaking[0]:
+            shaking[0] = -shaking[0]
+            shaking[2] -= np.copysign(np.pi, shaking[2])
+        return shaking
 
     def _move_instruments(self, point: Point, step: Array) -> dict[Key, Array]:
         made = {}
@@ -414,9 +429,10 @@ class Parameters:
             "damping": max(float(point.damping.max()), slowest),
             "friction": max(point.friction, slowest * rate),
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
-            "turning": max(float(np.linalg.norm(point.turning)), rate),
             "delay": 1.0 / rate,
         }
+        if self.has("turning"):
+            made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
         if self.has("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))

@@ -195,7 +195,7 @@ class Motion:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.has("turning") or bool(self.point.turning.any())
+        return self.parameters.has("turning") or self.point.is_turning
 
     @cached_property
     def _support(self) -> Prediction:

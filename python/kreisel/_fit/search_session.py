@@ -19,7 +19,7 @@ from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
-from .rotations import multiply_quaternions
+from .rotations import exponential, multiply_quaternions, rotation_matrix
 from .uncertainty import analyse_spectrum
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
@@ -193,6 +193,7 @@ class SearchSession:
         if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
             self._split_chaotic(self.best.point)
         self._choose_sign()
+        self._choose_heading()
         self._refine()
         self._find_alias()
 
@@ -318,12 +319,32 @@ class SearchSession:
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
             attitude = multiply_quaternions(half_turn, best.point.attitude)
-            twin = replace(best.point, attitude=attitude, com=-best.point.com)
-            evaluation = self.model.evaluate(twin)
-            cost = compute_cost(evaluation.residuals, self.loss)
-            if cost <= (1.0 + _SAME) * best.cost:
-                natural = self.model.natural_sizes(twin)
-                self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
+            self._choose_twin(best, replace(best.point, attitude=attitude, com=-best.point.com))
+
+    def _choose_heading(self) -> None:
+        """Turn the best point about the vertical to the direction of the scene's turning.
+
+        Instruments on the body do not show this direction.
+        """
+        p, best = self.parameters, self.best
+        if best is None or best.pieces or not (p.has("attitude") and p.has("turning")):
+            return
+        wanted, found = p.start.turning, best.point.turning
+        if not (wanted[:2].any() and found[:2].any()):
+            return
+        angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(found[1], found[0])
+        turn = exponential(np.array([0.0, 0.0, angle]))
+        attitude = multiply_quaternions(turn, best.point.attitude)
+        turning = rotation_matrix(turn) @ found
+        self._choose_twin(best, replace(best.point, attitude=attitude, turning=turning))
+
+    def _choose_twin(self, best: Solution, twin: Point) -> None:
+        """Replace the best solution by a twin that fits as well."""
+        evaluation = self.model.evaluate(twin)
+        cost = compute_cost(evaluation.residuals, self.loss)
+        if cost <= (1.0 + _SAME) * best.cost:
+            natural = self.model.natural_sizes(twin)
+            self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _find_alias(self) -> None:
         """Search with other spins that fit similarly; keep a clearly better result."""

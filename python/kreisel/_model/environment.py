@@ -122,14 +122,21 @@ def _has_nonzero(values: Any) -> bool:
     return values != 0.0 if type(values) is float else bool(np.any(values))
 
 
-def refuse_disturbances(tops: Any, what: str, allowed: Iterable[str] = ()) -> None:
+def refuse_disturbances(
+    tops: Any, what: str, allowed: Iterable[str] = (), reason: str = ""
+) -> None:
     """Raise ValueError if a scene or an ensemble has disturbances that are not in `allowed`.
 
-    The message is `what` followed by their names.
+    The message is `what`, their names, and the reason or alternative. For supports that turn about
+    e3, the alternative is the same motion seen from the space at rest.
     """
     found = [name for name in list_disturbances(tops) if name not in allowed]
-    if found:
-        raise ValueError(f"{what} with {' and '.join(found)}")
+    if not found:
+        return
+    is_upright = found == ["a turning support"] and not np.any(np.asarray(tops.turning)[..., :2])
+    if is_upright:
+        reason = "replace(turning=None) gives the same motion, seen from the space at rest"
+    raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
 
 
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:

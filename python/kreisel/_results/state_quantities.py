@@ -191,8 +191,8 @@ class States(QuantityAttributes):
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
         respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass,
-        the damping (3), the rotor (3) along the principal axes, turning (3) and shaking (3). Each
-        column is the change per unit of its parameter, at constant initial momentum.
+        the damping (3), the rotor (3) along the principal axes, turning (3), shaking (3) and
+        friction. Each column is the change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 

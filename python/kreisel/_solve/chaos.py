@@ -178,7 +178,8 @@ def parse_growth(
         )
     if np.any(scene.body.rotor):
         raise ValueError("indicators of chaos do not support bodies with rotors")
-    refuse_disturbances(scene, "indicators of chaos do not support tops")
+    instead = "path.tangents of kr.solve(..., tangents='start') shows how changes of the start grow"
+    refuse_disturbances(scene, "indicators of chaos do not support tops", reason=instead)
     return times, controls
 
 

@@ -287,7 +287,8 @@ def refuse_turning(tops: Scene | Ensemble) -> None:
     if turning.any() and not turning[..., :2].any():
         raise ValueError(
             "kreisel.exact does not support turning supports: solve with method='exact' has the "
-            "states for a support that turns about e3"
+            "states for a support that turns about e3, and replace(turning=None) gives the same "
+            "motion, seen from the space at rest"
         )
 
 

@@ -86,7 +86,8 @@ class StepSearch:
         max_steps: int,
         progress: Listener,
     ) -> None:
-        refuse_disturbances(scene, "method='geometric' does not support tops")
+        instead = "use method='taylor', which needs no step"
+        refuse_disturbances(scene, "method='geometric' does not support tops", reason=instead)
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
