@@ -6,6 +6,7 @@ from validation.benchmarks.calls_profile import CASES, count_calls
 
 LIMITS = {
     "solve(scene, [1.0])": (12, 1),
+    "plan(scene)": (45, 20),
     "reduce(ensemble)": (40, 8),
     "sweep of one part, one column": (350, 80),
 }

@@ -4,8 +4,8 @@
 
 The measurements are those of the part `calls` of the report. A ratio is the time of heyoka divided
 by the time of kreisel: the median of the rounds, and the ratio of the least times. The compilation
-of heyoka pays off after the number of runs in which heyoka gains the compile time. The share of the
-peak that the kernels reach is printed by validation.studies.taylor_kernel_study.
+of heyoka pays off after the number of runs in which heyoka gains the compile time. The share is
+that of the peak of a core. validation.studies.taylor_kernel_study prints it for the kernels alone.
 """
 
 import argparse
@@ -22,7 +22,7 @@ def print_scene(name, rounds):
         print(
             f"{name} to {row['end']}, {row['error']}: heyoka/solve (least), heyoka/run (least) "
             f"{', '.join(row['ratios'])};  solve, run, heyoka {', '.join(row['times'])} us;  "
-            f"DOP853 with cfunc {row['function']} ms"
+            f"DOP853 with cfunc {row['function']} ms;  {row['share']} of the peak"
         )
         print(
             f"    heyoka compiles for {row['compiling']} s; runs until this is paid: {row['paid']}",

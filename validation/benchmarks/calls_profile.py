@@ -31,6 +31,11 @@ def solve_scene() -> object:
     return kr.solve(kr.scenes.thesis, [1.0])
 
 
+def plan_scene() -> object:
+    """Return the plan of an asymmetric top."""
+    return kr.plan(kr.scenes.asymmetric)
+
+
 def reduce_ensemble() -> Callable[[], object]:
     """Return the reduction of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
@@ -54,6 +59,7 @@ def sweep_part() -> object:
 
 CASES: dict[str, Callable[[], Callable[[], object]]] = {
     "solve(scene, [1.0])": lambda: solve_scene,
+    "plan(scene)": lambda: plan_scene,
     "solve(ensemble)": solve_ensemble,
     "reduce(ensemble)": reduce_ensemble,
     "sweep of one part, one column": lambda: sweep_part,

@@ -3,7 +3,7 @@
 Conclusion: the table in csrc/ensemble/lane_scheduler.c contains the fastest orders whose error does
 not exceed that of individual tops at the same tolerance.
 
-    python -m validation.studies.lane_orders [orders isas]
+    python -m validation.studies.lane_orders [orders isas limits]
 
 For each tolerance, the times and errors of all orders are compared with the errors of individual
 tops. The reference has 20 digits. All runs are timed from C, alternately in one process and on one
@@ -20,9 +20,12 @@ import numpy as np
 
 from ..benchmarks.compiling import compile_core
 from ..benchmarks.taylor_speed import median_times
+from ..competitors import peak
+from ..parts.calls import processor_time
 
 SOURCE = Path(__file__).with_suffix(".c")
 TOPS, ROUNDS = 200, 5
+PRODUCTS = 12  # products of series in each term (csrc/ensemble/lane_state.h)
 ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
@@ -54,9 +57,13 @@ class LaneRunner:
             names.append(name.decode())
         return names
 
-    def run(self, scenes, t, log2_tol, order=0, isa=0):
-        """Return a call that integrates all scenes to `t` and returns their attitudes."""
-        out, steps = np.empty((len(scenes), 8)), ctypes.c_int64()
+    def run(self, scenes, t, log2_tol, order=0, isa=0, steps=None):
+        """Return a call that integrates all scenes to `t` and returns their attitudes.
+
+        `steps` receives the number of steps of all scenes.
+        """
+        out = np.empty((len(scenes), 8))
+        steps = ctypes.c_int64() if steps is None else steps
         blocks = b"".join(scene._block for scene in scenes)
 
         def run():
@@ -125,8 +132,26 @@ def isas(lanes):
         print(f"{name}, order 20, tol 2^-52: " + ", ".join(cells))
 
 
+def limits(lanes):
+    """Print the share of the peak of a core that the products of coefficients reach.
+
+    A term of order n has n products of coefficients for each of the 12 products of series.
+    """
+    most = peak.measure_peak()
+    for name, scenes, t in draw_families():
+        cells = []
+        for order, log2_tol in ((12, -14.5), (14, -24.5), (16, -32.5), (18, -46.0), (20, -54.5)):
+            steps = ctypes.c_int64()
+            run = lanes.run(scenes, t, log2_tol, order, steps=steps)
+            seconds = min(processor_time(run) for _ in range(ROUNDS))
+            rate = PRODUCTS * order * (order + 1) * steps.value / seconds
+            share = "" if most is None else f", {rate / most:.0%}"
+            cells.append(f"{order}: {1e-9 * rate:.0f}e9/s{share}")
+        print(f"{name}, operations in products at order " + "; ".join(cells), flush=True)
+
+
 def main(argv=None):
-    parts = {"orders": orders, "isas": isas}
+    parts = {"orders": orders, "isas": isas, "limits": limits}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", default=list(parts), metavar="|".join(parts))
     wanted = parser.parse_args(argv).parts
