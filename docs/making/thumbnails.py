@@ -1,4 +1,4 @@
-"""Thumbnails of the gallery: one panel of each example's first figure, without its labels.
+"""Thumbnails of the gallery: one panel of each example's first figure, without labels and legend.
 
 A scraper remembers where the panels are while the figure exists. The thumbnails are cut after all
 examples have run.
@@ -28,6 +28,7 @@ class Panel:
     """The place of a panel in its figure."""
 
     box: tuple  # (left, upper, right, lower), relative to the figure
+    legend: tuple | None  # the place of its legend, or None
     has_axes: bool  # False for a picture, which is shown whole
     centre: float = MIDDLE
 
@@ -57,9 +58,12 @@ def find_panel(figure, number=None):
     areas = [axes.get_window_extent() for axes in figure.axes]
     if number is None:
         number = max(range(len(areas)), key=lambda i: (round(area_of(areas[i]), -3), i))
-    box = areas[number]
-    place = (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
-    return Panel(place, figure.axes[number].axison)
+    axes, legend = figure.axes[number], figure.axes[number].get_legend()
+
+    def place(box):
+        return (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
+
+    return Panel(place(areas[number]), legend and place(legend.get_window_extent()), axes.axison)
 
 
 def area_of(box):
@@ -78,8 +82,14 @@ def cut(image, panel):
 
     A chart fills the thumbnail and is cut about `panel.centre`. A picture is shown whole.
     """
-    box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
-    shown = image.crop(box)
+
+    def to_pixels(place):
+        return tuple(round(x * size) for x, size in zip(place, 2 * image.size, strict=True))
+
+    if panel.has_axes and panel.legend:
+        image = image.copy()
+        image.paste("white", to_pixels(panel.legend))
+    shown = image.crop(to_pixels(panel.box))
     if panel.has_axes:
         return ImageOps.fit(shown, SIZE, centering=(panel.centre, MIDDLE))
     return ImageOps.pad(shown, SIZE, color="white")

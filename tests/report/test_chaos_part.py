@@ -132,7 +132,8 @@ def test_what_is_shown_and_concluded(findings):
     said = part.conclude(findings)
     for word in (
         "conserve their energy to",
-        "on 10 of 10",
+        "on all ten kinds of sections, within the theoretical bounds on 10 of 10",
+        "Over four decades the chaotic layer",
         "Melnikov's integral",
         "error of random Lagrange tops",
         "None of 12 starts of the Lagrange top are chaotic",

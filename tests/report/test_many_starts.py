@@ -60,6 +60,11 @@ def test_the_conclusion_has_medians_of_ratios_and_names_who_fails():
     assert "SciPy DOP853 do not reach 1e-9 rad." in said or "does not reach 1e-9 rad." in said
 
 
+def test_tolerances_are_those_of_the_runs():
+    runs = [{"runs": [{"tol": 1e-3}, {"tol": 1e-8}]}, {"runs": [{"tol": 1e-5}]}]
+    assert many_starts.find_tolerances(runs) == (1e-3, 1e-8)
+
+
 def test_a_quantile_is_infinite_if_too_many_starts_fail():
     times = [1.0, 2.0, 3.0, np.inf]
     assert many_starts.compute_quantile(times, 0.5) == 3.0

@@ -317,6 +317,8 @@ def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
 def test_letters_keep_off_the_numbers(page, size):
     page.set_viewport_size(make_viewport(size))
     load(page, "A spinning top")
+    page.evaluate("kreisel.page.showMessage('')")
+    wait_for(page, "kreisel.view.labels.texts.length === 1")  # the button Panel
     corner = page.evaluate("""(() => {
         const {right} = document.querySelector('#numbers div:nth-child(2)').getBoundingClientRect();
         const {bottom} = document.getElementById('numbers').getBoundingClientRect();

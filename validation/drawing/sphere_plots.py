@@ -31,7 +31,8 @@ def draw_globe(axes):
     x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
     axes.plot(x, np.where(depth > 0, y, np.nan), color=FAINT, linewidth=0.6)
     x, y, _ = project(np.array([[0, 0, 1], [0, 0, 1.25]]))
-    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
+    arrow = {"arrowstyle": "->", "color": FAINT}
+    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops=arrow, annotation_clip=False)
     return x[1], y[1]
 
 
@@ -50,6 +51,6 @@ def draw_apex_path(apex):
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(2.6, 2.6))
         top = draw_globe(axes)
-        axes.annotate("up", top, ha="center", va="bottom", color=FAINT)
+        axes.annotate("up", top, ha="center", va="bottom", color=FAINT, annotation_clip=False)
         draw_trace(axes, apex)
         return figure_to_svg(figure, bbox_inches="tight")

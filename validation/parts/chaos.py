@@ -4,6 +4,7 @@ One figure shows sections of tops from integrable to chaotic, another the ten re
 Kowalewski's top. The chaotic layer along a separatrix is compared with Melnikov's theory.
 """
 
+import math
 from functools import partial
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..drawing.field import draw_field
 from ..references import kowalewski, melnikov
 from . import frequency_data, lyapunov_exponents, section_data
 from .budget import Task
-from .formatting import format_brief, format_power, join_sentences
+from .formatting import format_brief, format_power, join_sentences, number_word
 from .part import Part, write_csv
 
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
@@ -151,7 +152,7 @@ def draw_rotation(rows, size):
         section, section_data.average_by_orbit(section, section.axial_momentum)
     )
     return drawing.draw_section_and_rotation(
-        panel, "moments 8 % apart", [np.array(row, float) for row in rows]
+        panel, f"moments {NEAR} apart", [np.array(row, float) for row in rows]
     )
 
 
@@ -180,10 +181,12 @@ def build_context(findings):
         told["swings"] = findings["layer"]
     if "frequencies" in findings:
         told["rotation"] = draw_rotation(findings["frequencies"]["rows"], size)
-        told["off"] = findings["frequencies"]["off"]
+        told["off"], told["near"] = findings["frequencies"]["off"], NEAR
     if told["exponents"]:
         told["map"] = draw_exponents(told["exponents"]["map"])
         told["long"], told["times"] = lyapunov_exponents.LONG, lyapunov_exponents.TIMES
+        told["mapped"] = lyapunov_exponents.MAPPED
+        told["starts"] = number_word(lyapunov_exponents.STARTS)
     return told
 
 
@@ -204,8 +207,9 @@ def describe_regions(rows):
     off = max(row["off"] for row in rows)
     met = sum(row["greatest"] <= row["critical"][-1] * (1.0 + 1e-9) for row in rows)
     return (
-        f"Kowalewski's integral is constant to {format_power(off)} of its maximum on all ten "
-        f"kinds of sections, within the theoretical bounds on {met} of {len(rows)}."
+        f"Kowalewski's integral is constant to {format_power(off)} of its maximum on all "
+        f"{number_word(len(rows))} kinds of sections, within the theoretical bounds on {met} of "
+        f"{len(rows)}."
     )
 
 
@@ -215,10 +219,11 @@ def describe_layer(rows):
     finest = rows[0]
     off = abs(finest["kick"] / finest["melnikov"] - 1.0)
     ratios = [row["half_width"] / row["predicted"] for row in rows]
+    decades = round(math.log10(rows[-1]["e"] / finest["e"]))
     return (
         "Along the separatrix of the upright top the change of axial momentum per swing agrees "
         f"with Melnikov's integral to {format_power(off)} at e = {format_power(finest['e'])}. Over "
-        f"{len(rows)} decades the chaotic layer is {format_brief(min(ratios))} to "
+        f"{number_word(decades)} decades the chaotic layer is {format_brief(min(ratios))} to "
         f"{format_brief(max(ratios))} times as wide as by Chirikov's criterion."
     )
 

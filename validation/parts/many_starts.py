@@ -235,6 +235,12 @@ def conclude(found):
     )
 
 
+def find_tolerances(found):
+    """Return the largest and the smallest tolerance of the runs."""
+    tolerances = {run["tol"] for each in found for run in each["runs"]}
+    return max(tolerances), min(tolerances)
+
+
 def build_context(found):
     compiling = [seconds for each in found for seconds in each["compiling"]]
     return {
@@ -246,6 +252,7 @@ def build_context(found):
         "tops": sum(each["starts"] for each in found),
         "turns": f"{TURNS:g}",
         "rotation": f"{ROTATION:g}",
+        "tolerances": [f"{tol:.0e}".replace("e-0", "e-") for tol in find_tolerances(found)],
         "scales": [f"{factor:g}" for factor in SCALES],
         "compiling": f"{median(compiling):.2f}",
         "runs_in_compiling": format_brief(

@@ -215,7 +215,7 @@ def describe_saving(what, ratios):
 PART = Part(
     "omissions",
     "Left out",
-    "What is left out",
+    "Time saved by what is left out",
     list_tasks,
     load_findings,
     build_context,

@@ -33,6 +33,7 @@ ABOUT = {
 }
 OWN = "Your scene, with a body of kind {body.kind} and gravity {gravity:g}."
 SHOWN, SEEN = 30.0, 3000  # approximate number of turns, and number of states, of the path
+DOT = 0.03  # radius of the dot at the start, on a sphere of radius 1
 
 
 def describe_scene(problem):
@@ -50,6 +51,7 @@ def scene_context(problem, end):
         "end": f"{end:.4g}",
         "about": describe_scene(problem),
         "shown": f"{shown:.3g}",
+        "is_hidden": np.linalg.norm(path.apex - path.apex[0], axis=1).max() < DOT,
         "turns": format_brief(turns * end),
         "apex": sphere_plots.draw_apex_path(path.apex),
     }

@@ -127,12 +127,13 @@ def draw_scale(
     x, y, _ = project(centre, elevation, azimuth)
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
-    side = -1 if x[0] <= x.mean() else 1
-    axes.annotate(
-        "start", (x[0], y[0]), xytext=(8 * side, 0), va="center",
-        ha="right" if side < 0 else "left", **style,
-    )  # fmt: skip
     extent = float(max(np.ptp(x), np.ptp(y)))
+    aside, upwards = _point_away(x, y, 0.3 * extent)
+    axes.annotate(
+        "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
+        ha=("center", "left", "right")[round(aside)],
+        va=("center", "bottom", "top")[round(upwards)], **style,
+    )  # fmt: skip
     if not extent > 0.0:
         return
     power = 10.0 ** np.floor(np.log10(0.25 * extent))
@@ -145,6 +146,18 @@ def draw_scale(
         f"{length:.12g} {unit}", (left + 0.5 * length, below), xytext=(0, -4), va="top",
         ha="center", **style,
     )  # fmt: skip
+
+
+def _point_away(x: Array, y: Array, reach: float) -> tuple[float, float]:
+    """Return the direction from the points within `reach` of the first point to that point.
+
+    The direction is to the left if the first point is in their middle.
+    """
+    near = np.hypot(x - x[0], y - y[0]) <= reach
+    away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())
+    if not abs(away) > 0.0:
+        return (-1.0, 0.0)
+    return (away.real / abs(away), away.imag / abs(away))
 
 
 def _thickness(centre: Array, thickness: float | None) -> float:
