@@ -147,7 +147,7 @@ def test_tangents_near_a_separatrix_tell_their_error_or_are_refused():
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
 def test_changes_without_closed_form_are_refused_by_name(name):
-    with pytest.raises(ValueError, match=f"has no tangents by '{name}'"):
+    with pytest.raises(ValueError, match=f"has no tangents with respect to '{name}'"):
         kr.exact(KOWALEWSKI)(1.0, tangents=("start", name))
 
 
@@ -182,7 +182,7 @@ def test_solve_by_the_closed_form_gives_the_same_tangents(scene, t):
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
 def test_solve_by_the_closed_form_refuses_other_tangents(name):
-    with pytest.raises(ValueError, match=f"no tangents by '{name}'"):
+    with pytest.raises(ValueError, match=f"no tangents with respect to '{name}'"):
         kr.solve(KOWALEWSKI, 1.0, "exact", tangents=("start", name))
 
 

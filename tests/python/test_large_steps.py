@@ -37,7 +37,7 @@ def error(scene, method, step):
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
         said = re.search(
-            r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused)
+            r"the step is too large.* with step = (\S+), where (\S+) would suffice", str(refused)
         )
         assert said and float(said[1]) == step
         kr.solve(scene, STEPS * step, method=method, step=float(said[2]))

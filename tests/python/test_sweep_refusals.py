@@ -21,7 +21,7 @@ def test_a_folder_of_something_else_stays_untouched(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(FileExistsError, match=r"not a folder of a sweep.*contains 'thesis\.tex'"):
         run_sweep(tmp_path)
-    with pytest.raises(FileExistsError, match=r"thesis\.tex is no folder"):
+    with pytest.raises(FileExistsError, match=r"thesis\.tex is not a folder"):
         run_sweep(tmp_path / "thesis.tex")
     assert list_files(tmp_path) == ["thesis.tex"]
 
@@ -54,7 +54,7 @@ def test_a_plan_of_another_version_is_refused(tmp_path):
     told = json.loads(file.read_text())
     told["plan"]["more"] = 1
     file.write_text(json.dumps(told | {"hash": sweep_plan.hash_plan(told["plan"])}))
-    with pytest.raises(ValueError, match="in a form that this version does not write"):
+    with pytest.raises(ValueError, match="in a format of another version"):
         kr.read_sweep(tmp_path)
 
 
@@ -150,7 +150,7 @@ def test_a_disk_without_links_can_hold_a_plan(tmp_path, monkeypatch):
 def test_the_parent_of_the_folder_must_exist(tmp_path):
     with pytest.raises(FileNotFoundError):
         run_sweep(tmp_path / "none" / "runs")
-    with pytest.raises(FileNotFoundError, match="there is no folder"):
+    with pytest.raises(FileNotFoundError, match="there is not a folder"):
         kr.read_sweep(tmp_path / "none")
     with pytest.raises(ValueError, match=r"not a folder of a sweep: it has no plan\.json"):
         kr.read_sweep(tmp_path)

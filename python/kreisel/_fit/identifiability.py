@@ -99,13 +99,14 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     is_scalable &= p.has("rotor") or not point.rotor.any()
     if is_scalable and not point.weight * np.linalg.norm(point.com):
         others = "damping and rotor" if p.has("rotor") else "damping"
-        sentence = f"the scale of the moments: only their ratios, and {others} over moments, count"
+        sentence = f"the scale of the moments: only their ratios, and {others} over moments, matter"
         yield from _generate(p, sentence, size)
     elif is_scalable:
         for name, value in own.items():
             others = "damping, rotor" if p.has("rotor") else "damping"
             sentence = (
-                f"the scale of the moments: moments, {others} and {name} may all have one factor"
+                f"the scale of the moments: moments, {others} and {name} have an unknown common "
+                "factor"
             )
             yield from _generate(p, sentence, {**size, name: value})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),

@@ -136,7 +136,7 @@ class SearchSession:
         if count < self.parameters.size:
             raise ValueError(
                 f"the records have {count} numbers, fewer than the {self.parameters.size} free "
-                "parameters: measure more, or free less"
+                "parameters: add measurements, or remove names from free"
             )
 
     def check_pieces(self, pieces: int | None) -> None:
@@ -485,8 +485,8 @@ class SearchSession:
             scale = rows.series.spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
-                    f"{rows.series.name} does not depend on what is free "
-                    f"({', '.join(self.parameters.free)}): free more, or leave it out"
+                    f"{rows.series.name} does not depend on the free parameters "
+                    f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
                 )
 
 

@@ -225,8 +225,8 @@ def explain_no_closed_form(scene: Scene) -> str:
         refusal = torus_plan(scene._block, 0.0)[1]
         return f"this motion of a {top} top has no closed form: {refusal}"
     return (
-        "no closed form can resolve when a top falls whose axis leans or moves by less than "
-        "1e-70 at the start"
+        "no closed form can resolve the fall of a top whose initial tilt and velocity are below "
+        "1e-70"
     )
 
 

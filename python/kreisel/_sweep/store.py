@@ -149,7 +149,7 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
     """
     file = where / PLAN
     if not where.is_dir():
-        raise FileNotFoundError(f"there is no folder {where}")
+        raise FileNotFoundError(f"there is not a folder {where}")
     if not file.is_file():
         raise ValueError(f"{where} is not a folder of a sweep: it has no {PLAN}")
     try:
@@ -185,7 +185,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
-        raise FileExistsError(f"{where} is no folder")
+        raise FileExistsError(f"{where} is not a folder")
     if not (where / PLAN).exists() and _create(where, plan):
         return store
     content = _read_plan_file(where)
