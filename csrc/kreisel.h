@@ -51,7 +51,7 @@ extern "C" {
     X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must "         \
                                   "be positive, none larger than the other two together")         \
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
-    X(ERR_TIME,        INPUT,     "a time lies before the previous one in the direction of motion") \
+    X(ERR_TIME,        INPUT,     "a time lies before the previous one in the direction of time") \
     X(ERR_RESOLUTION,  INPUT,     "up to this time the top makes more turns than a double can "   \
                                   "resolve")                                                      \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
@@ -310,7 +310,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(DAMPED,        16384, "damped",         "applies to damped tops")                           \
     X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
     X(ROTORS,        65536, "rotors",         "applies to bodies with rotors")                    \
-    X(TURNING,      131072, "turning",        "applies to all turning supports, not only about e3") \
+    X(TURNING,      131072, "turning",        "applies to supports that turn about any axis")     \
     X(SHAKING,      262144, "shaking",        "applies to shaken supports")                       \
     X(FRICTION,     524288, "friction",       "applies to tops with dry friction")
 /* clang-format on */

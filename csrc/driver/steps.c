@@ -1,6 +1,6 @@
 /* The steps of the main motion, and its last valid state. A fixed-step motion is inspected (checked
- * to be finite) and saved every KR_CHECK steps. This finds every failure, because a state that is
- * not finite never becomes finite again. After a failure, the steps since the last save are
+ * to be finite) and saved every KR_CHECK steps. The check finds every failure, because a state that
+ * is not finite never becomes finite again. After a failure, the steps since the last save are
  * repeated to find the last valid state. An adaptive motion is inspected in every step; a dense
  * method checks its own steps. */
 #include "top.h"

@@ -183,7 +183,7 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of an arc's integrands. Each is given by cos x at that point. */
+/* The branch points of an arc's integrands. Each branch point is given by its cos x. */
 typedef struct singularities {
     int count;
     cx cosine[ROOTS + 1 + FOLDS];

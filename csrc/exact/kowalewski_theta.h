@@ -22,7 +22,7 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
  * e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* One term without the constant of its class. Its two values are the same size with the signs of
+/* One term without the constant of its class. The two values have the same size, and the signs of
  * the term in two sums. */
 typedef struct sum_term {
     short k1, k2;

@@ -248,7 +248,7 @@ def test_cpp_frees_by_a_destructor_and_throws(prefix, tmp_path):
 
 def test_ctypes_calls_the_shared_library(prefix):
     output = run(sys.executable, EXAMPLES / "ctypes_top.py", prefix / "lib/libkreisel.so")
-    check_one_second(output, "a time lies before the previous one in the direction of motion")
+    check_one_second(output, "a time lies before the previous one in the direction of time")
 
 
 @pytest.fixture(scope="module")

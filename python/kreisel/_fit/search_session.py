@@ -262,7 +262,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from(self, point: Point, agreement: float) -> None:
-        """Search from a point, first on the parts of the records that begin with its agreement."""
+        """Search from a point, beginning with the parts of the records with which it agrees."""
         before = self.best
         point = self._extend(point, agreement)
         settings = self._settings(_FTOL, self.model, self.limit)
