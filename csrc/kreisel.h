@@ -60,7 +60,7 @@ extern "C" {
                                   "version, machine, scene or method")                            \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
-    X(ERR_LIMIT,       FAILURE,   "the maximum number of steps was reached")                      \
+    X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
     X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its start")      \
     X(ERR_NOT_FINITE,  FAILURE,   "the state is no longer finite")                                \
     X(ERR_EVENT,       FAILURE,   "the event did not occur within the time limit")                \

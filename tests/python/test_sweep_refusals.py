@@ -86,7 +86,7 @@ def test_a_folder_in_the_place_of_a_part_stays_untouched(tmp_path):
     assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
         found.check()
-    with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or no part"):
+    with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or not a part"):
         found.part(3)
 
 
@@ -150,7 +150,7 @@ def test_a_disk_without_links_can_hold_a_plan(tmp_path, monkeypatch):
 def test_the_parent_of_the_folder_must_exist(tmp_path):
     with pytest.raises(FileNotFoundError):
         run_sweep(tmp_path / "none" / "runs")
-    with pytest.raises(FileNotFoundError, match="there is not a folder"):
+    with pytest.raises(FileNotFoundError, match="there is no folder"):
         kr.read_sweep(tmp_path / "none")
     with pytest.raises(ValueError, match=r"not a folder of a sweep: it has no plan\.json"):
         kr.read_sweep(tmp_path)

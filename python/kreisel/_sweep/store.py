@@ -149,7 +149,7 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
     """
     file = where / PLAN
     if not where.is_dir():
-        raise FileNotFoundError(f"there is not a folder {where}")
+        raise FileNotFoundError(f"there is no folder {where}")
     if not file.is_file():
         raise ValueError(f"{where} is not a folder of a sweep: it has no {PLAN}")
     try:
