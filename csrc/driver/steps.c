@@ -10,8 +10,8 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is good (kr_state_is_good) in the user's units,
- * too. */
+/* Returns 1 if `state`, given in internal units, is also valid (kr_state_is_good) in the user's
+ * units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));

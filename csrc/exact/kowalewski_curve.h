@@ -251,8 +251,8 @@ static int nearest_singularity(const singularities *v)
         if (height_of(v->cosine[i]) < height_of(v->cosine[best])) best = i;
     return best;
 }
-/* Chooses the transformations of an arc. Each removes the singularity that is then nearest to
- * the real axis, and about halves the distances of the others. Returns the height of the nearest
+/* Chooses the transformations of an arc. Each transformation removes the singularity nearest to the
+ * real axis, and about halves the distances of the others. Returns the height of the nearest
  * singularity after all transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {

@@ -18,8 +18,8 @@
 #include "least_squares.h"
 
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds, by the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e e k,
- * e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds differ in the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e
+ * e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
 /* One term without the constant of its class. The two values have the same size, and the signs of

@@ -179,10 +179,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle coefficients of a head have the size
- * 2^log2_size. The first coefficient of the tail is a sum of such products and has their rounding
- * errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller than the
- * products. The last term would then allow too long a step: the rounding errors of the tail, which
- * is in doubles, would spoil the digits of the head. */
+ * 2^log2_size. The first coefficient of the tail is a sum of such products and is affected by their
+ * rounding errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller
+ * than the products. The last term would then allow too long a step: the rounding errors of the
+ * tail, which is in doubles, would spoil the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

@@ -63,7 +63,7 @@ class _Group:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute the tangents at the states of a closed form, by the parameters `names`.
+    """Compute the tangents with respect to the parameters `names` at states of a closed form.
 
     `compute_states` returns the states of the closed form of a scene at some times. Columns of
     changes that lead to tops without closed form are NaN. Raises ValueError if the neighbours of
