@@ -84,8 +84,8 @@ class Frequencies(ReadOnlyArrays):
     exact: bool
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
-        return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
+        rates = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
+        return f"<kreisel.Frequencies: {rates}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex with matplotlib, and return the axes.
@@ -156,13 +156,13 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _strongest_lines(t, seen, count)
-    told = lines, amplitudes, rest
-    freeze_arrays(told)
+    spectrum = lines, amplitudes, rest
+    freeze_arrays(spectrum)
     if path.method == EXACT:
         rates = _compute_exact_rates(exact(path.scene))
         if rates is not None:
-            return Frequencies(*rates, *told, True)
-    return Frequencies(*_compute_rates(path), *told, False)
+            return Frequencies(*rates, *spectrum, True)
+    return Frequencies(*_compute_rates(path), *spectrum, False)
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
