@@ -51,36 +51,36 @@ extern "C" {
     X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must "         \
                                   "be positive, none larger than the other two together")         \
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
-    X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                         \
-    X(ERR_RESOLUTION,  INPUT,     "by such a time the top turns more often than a double can "    \
-                                  "tell")                                                         \
+    X(ERR_TIME,        INPUT,     "a time lies before the previous one in the direction of time") \
+    X(ERR_RESOLUTION,  INPUT,     "up to this time the top makes more turns than a double can "   \
+                                  "resolve")                                                      \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
-    X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, " \
-                                  "machine, scene or method")                                     \
+    X(ERR_CHECKPOINT,  INPUT,     "not a checkpoint of such a top: damaged, or of another "       \
+                                  "version, machine, scene or method")                            \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
-    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
-    X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
-    X(ERR_EVENT,       FAILURE,   "the event did not come again in the time that it was given")   \
-    X(ERR_TANGENT,     FAILURE,   "a tangent grew beyond what doubles hold, or faster than its "  \
-                                  "series follows")                                               \
+    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its start")      \
+    X(ERR_NOT_FINITE,  FAILURE,   "the state is no longer finite")                                \
+    X(ERR_EVENT,       FAILURE,   "the event did not occur within the time limit")                \
+    X(ERR_TANGENT,     FAILURE,   "a tangent exceeded the range of doubles, or grew too fast for " \
+                                  "its series")                                                   \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")                                                  \
-    X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, as kr_method_find returns it " \
+    X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, which kr_method_find returns " \
                                   "for an unknown name")                                          \
-    X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")          \
-    X(ERR_NOT_BUILT,   INPUT,     "the method, the digits, the tangents, or moving supports and "  \
-                                  "friction were left out when the library was built")            \
+    X(ERR_NO_STEP,     INPUT,     "there is no step: a fixed-step method needs one")              \
+    X(ERR_NOT_BUILT,   INPUT,     "this build of the library does not include the method, more "  \
+                                  "than 16 digits, tangents, or moving supports and friction")    \
     X(ERR_DAMPING,     INPUT,     "the method does not apply to damped tops")                     \
-    X(ERR_OPTION,      INPUT,     "the method does not offer the digits, the tangents or the "    \
-                                  "skipped heading that are requested, or not together")          \
+    X(ERR_OPTION,      INPUT,     "the method does not support the requested digits, tangents or " \
+                                  "skip_heading, or not in this combination")                     \
     X(ERR_NO_EVENTS,   INPUT,     "the method does not find events; taylor does")                 \
     X(ERR_ROTOR,       INPUT,     "the method does not apply to this body with a rotor")          \
-    X(ERR_TURNING,     INPUT,     "the method does not apply to a support that turns so")         \
+    X(ERR_TURNING,     INPUT,     "the method does not apply to a support that turns in this way") \
     X(ERR_SHAKING,     INPUT,     "the method does not apply to shaken supports")                 \
     X(ERR_FRICTION,    INPUT,     "the method does not apply to tops with dry friction")          \
-    X(ERR_STOPPED,     FAILURE,   "many motions lead to a spin of 0 that dry friction has stopped")
+    X(ERR_STOPPED,     FAILURE,   "the motion before dry friction stopped the spin is not unique")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -295,7 +295,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 #define KR_FLAG_LIST(X)                                                                           \
     X(SYMPLECTIC,        1, "symplectic",     "conserves the symplectic form")                    \
     X(REVERSIBLE,        2, "reversible",     "a step backwards undoes a step")                   \
-    X(ADAPTIVE,          4, "adaptive",       "chooses its steps by a tolerance")                 \
+    X(ADAPTIVE,          4, "adaptive",       "adapts its steps to a tolerance")                  \
     X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
     X(ALGEBRAIC,        16, "algebraic",      "uses + - * / sqrt only: the same bits everywhere") \
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
@@ -307,12 +307,12 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
     X(SKIPS_HEADING,  4096, "skips_heading",  "can skip the rotation about the vertical")         \
     X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
-    X(DAMPED,        16384, "damped",         "moves damped tops, too")                           \
+    X(DAMPED,        16384, "damped",         "applies to damped tops")                           \
     X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")                \
-    X(ROTORS,        65536, "rotors",         "moves bodies with rotors, too")                    \
-    X(TURNING,      131072, "turning",        "any turning of the support (others: about e3)")    \
-    X(SHAKING,      262144, "shaking",        "moves tops on shaken supports, too")               \
-    X(FRICTION,     524288, "friction",       "moves tops with dry friction, too")
+    X(ROTORS,        65536, "rotors",         "applies to bodies with rotors")                    \
+    X(TURNING,      131072, "turning",        "applies to supports that turn about any axis")     \
+    X(SHAKING,      262144, "shaking",        "applies to shaken supports")                       \
+    X(FRICTION,     524288, "friction",       "applies to tops with dry friction")
 /* clang-format on */
 enum {
 #define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
@@ -659,10 +659,10 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a period of its curve does not converge")                                     \
-    X(START,       "the start does not lie on the arcs of its curve that are known")              \
+    X(START,       "the start does not lie on the arcs of its curve")                             \
     X(SUMS,        "no theta functions fit the motion")                                           \
     X(TERMS,       "its theta functions have too many terms")                                     \
-    X(CERTIFICATE, "its theta functions miss the motion by more than is allowed")
+    X(CERTIFICATE, "the error of its theta functions exceeds the limit")
 typedef enum kr_kowalewski_refusal {
 #define KR_X_(name, text) KR_KOWALEWSKI_##name,
     KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
@@ -713,9 +713,9 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
-    X(START,       "the start does not lie on the arcs of its curve that are known")              \
+    X(START,       "the start does not lie on the arcs of its curve")                             \
     X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
-    X(CERTIFICATE, "its series miss the motion by more than is allowed")
+    X(CERTIFICATE, "the error of its series exceeds the limit")
 typedef enum kr_chaplygin_refusal {
 #define KR_X_(name, text) KR_CHAPLYGIN_##name,
     KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)

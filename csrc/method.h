@@ -53,8 +53,8 @@ typedef struct kr_step_polynomial {
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
     double begin, end; /* times of the step since the start, in internal units */
-    /* If `is_disturbed`, the derivatives at the end of the step, by the forces in this step. Set
-     * for a top with dry friction, or on a support that turns or shakes. */
+    /* If `is_disturbed`, the derivatives at the end of the step, computed from the forces in this
+     * step. Set for a top with dry friction, or on a support that turns or shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
     /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before it stopped. */

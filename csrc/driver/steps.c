@@ -1,6 +1,6 @@
 /* The steps of the main motion, and its last valid state. A fixed-step motion is inspected (checked
- * to be finite) and saved every KR_CHECK steps. This finds every failure, because a state that is
- * not finite never becomes finite again. After a failure, the steps since the last save are
+ * to be finite) and saved every KR_CHECK steps. The check finds every failure, because a state that
+ * is not finite never becomes finite again. After a failure, the steps since the last save are
  * repeated to find the last valid state. An adaptive motion is inspected in every step; a dense
  * method checks its own steps. */
 #include "top.h"
@@ -10,8 +10,8 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is good (kr_state_is_good) in the user's units,
- * too. */
+/* Returns 1 if `state`, given in internal units, is also valid (kr_state_is_good) in the user's
+ * units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));

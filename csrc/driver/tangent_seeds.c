@@ -27,7 +27,8 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The seeds of the columns. `next` points to the first seed that is not written yet. */
+/* The initial deviations and derivatives of all columns of the tangents. `next` points to the first
+ * seed that is not written yet. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */

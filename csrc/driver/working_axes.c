@@ -13,8 +13,8 @@ kr_working kr_top_working_axes(const kr_top *top)
 }
 /* Returns the attitude `q` in working axes that are a permutation of the principal axes. In such
  * axes the attitude of an upright top has large components, and a small tilt is a small difference
- * between them. The attitude is therefore computed in double-double. Its low words are written to
- * top->main.low. */
+ * between them. The attitude is therefore computed in double-double. The low words of the attitude
+ * are written to top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

@@ -193,7 +193,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top in worker->fallback into a lane. Returns 0 if the initial tangent is not usable. */
+/* Loads the top in worker->fallback into a lane. Returns 0 if lanes cannot compute the initial
+ * tangent. */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;

@@ -233,7 +233,7 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
 }
 
 /* Writes the sine and cosine of x. The low bits of u hold the nearest number of quarter turns. The
- * rest, at most an eighth of a turn, is the argument of the polynomials of math/trig.h. */
+ * remainder, at most an eighth of a turn, is the argument of the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),

@@ -180,7 +180,7 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
 /* Returns the squared length of remove_known(d). The error is about one rounding error of the
- * squared length of `d`. This accuracy suffices for the terms of a mean. */
+ * squared length of `d`. This accuracy is sufficient for the terms of a mean. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);

@@ -253,9 +253,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound of the size of a component, relative to its unit. The unit of rates fits
- * rotations about the axis of the smallest moment. About the other axes, the energy of a thin body
- * allows much slower rotations only. */
+/* Returns an upper bound of the size of a component, relative to its unit. The unit of rates is
+ * chosen for rotations about the axis of the smallest moment. About the other axes, the energy of a
+ * thin body allows much slower rotations only. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

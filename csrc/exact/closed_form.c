@@ -7,7 +7,7 @@
 #include "scaling.h"
 
 /* Returns the closed form of a Lagrange top, in internal units. An axial rotor only adds a constant
- * rate to the rotation about the axis. `half_turn` is half of this rate. */
+ * rate to the rotation about the axis. `half_turn` is half of the constant rate. */
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -46,7 +46,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
                                                  : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* Extreme moments may lead to rates beyond the range of doubles. */
+    /* If moments are extreme, rates may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;

@@ -1,5 +1,5 @@
-/* The public functions of the closed form. Each calls the code of the widest instruction set that
- * this processor has. */
+/* The public functions of the closed form. Each function calls the code of the widest instruction
+ * set that this processor has. */
 #include <math.h>
 #include <string.h>
 #include "dispatch.h"

@@ -1,7 +1,8 @@
 /* Set-up of the free top's closed form. Let a, axis 3, be the axis about which m circulates in the
- * body. It has the largest or the smallest moment. The closed form uses a frame in which m is along
- * e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X). The functions
- * alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
+ * body. The moment of this axis is the largest or the smallest one. The closed form uses a frame in
+ * which m is along e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X).
+ * The functions alpha and beta are theta1 and theta4 in the square of the nome, with the common
+ * rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * For small c an equivalent expression is used (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T
  * I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
@@ -154,14 +155,14 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
     }
 }
 /* LEAST_SQUARE is a lower bound that is imposed on k^2, k'^2 and 1 - c^2, so that quotients stay
- * finite. It is far below their values in all motions that `set_up_steady_motion` does not handle.
- * If k'^2 is below CLOSE, the phase of the start may be measured from the middle axis. */
+ * finite. The bound is far below their values in all motions that `set_up_steady_motion` does not
+ * handle. If k'^2 is below CLOSE, the phase of the start may be measured from the middle axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Returns the phase at the start [turns]. Its cn and sn are M1 and M2 up to constant factors. Near
- * the middle axis, where sn = +-1, the phase is measured from this axis by sn(K - x) = cn/dn.
- * Otherwise the difference of two long times would lose digits. */
+/* Returns the phase at the start [turns]. The functions cn and sn are M1 and M2 up to constant
+ * factors. Near the middle axis, where sn = +-1, the phase is measured from this axis by sn(K - x)
+ * = cn/dn. A difference of two long times would otherwise lose digits. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

@@ -10,8 +10,9 @@
 #include "model/scene.h"
 #include "torus.h"
 
-/* The closed forms of tops whose motion is on a torus. They are as large as all other closed forms
- * together. If KR_NO_TORUS is defined, the method does not apply to these tops. */
+/* The closed forms of tops whose motion is on a torus. The code for these forms is as large as that
+ * for all other closed forms. If KR_NO_TORUS is defined, the method does not apply to these
+ * tops. */
 static const kr_torus_form *const torus_forms[] = {
 #ifndef KR_NO_TORUS
     &kr_kowalewski_form,

@@ -36,7 +36,7 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
 }
 /* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u
  * + L2 g3/2, A + i C = u exp(i chi). L1 - i L2 is -2i times the product of the two square roots.
- * This equation decides the sign of the second one. */
+ * The sign of the second root follows from this equation. */
 static void separate(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),

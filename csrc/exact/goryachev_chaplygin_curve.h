@@ -191,9 +191,9 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     out->v[1][i] = dd_mul(out->v[0][i], size);
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
-/* Averages the integrands over an arc. Doubles the number of intervals until this changes each
- * average by at most the rounding error of a double. The relative error of the last average is then
- * about the square of the relative change. Returns 0 if GRID intervals do not suffice. */
+/* Averages the integrands over an arc. Doubles the number of intervals until each average changes
+ * by at most the rounding error of a double. The relative error of the last average is then about
+ * the square of the relative change. Returns 0 if GRID intervals do not suffice. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {

@@ -118,8 +118,8 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
                                      second->rate * finish_sum(&v, 0, 0, &b));
     return slip - *value / slope;
 }
-/* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
- * of the mean angles. The first steps of Newton's method use the first terms of the series only.
+/* Returns the slip, which is the difference between tau and its mean growth. `half` contains half
+ * of each mean angle. The first steps of Newton's method use the first terms of the series only.
  * The later steps are confined to a bracket, which exists because t grows monotonically with tau. A
  * step that is not at most half of the last step is replaced by bisection, because Newton's method
  * can alternate between two points on both sides of the solution. Writes the true angles to `a`. */

@@ -1,5 +1,5 @@
-/* The closed form of a scene's Kowalewski top. This file is compiled once for each instruction set,
- * because double-double products are three times as fast with fused multiply-add. */
+/* The closed form of a scene with a Kowalewski top. This file is compiled once for each instruction
+ * set, because double-double products are three times as fast with fused multiply-add. */
 #include "across.h"
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"

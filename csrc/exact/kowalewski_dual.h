@@ -236,12 +236,7 @@ static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2]
             for (int c = 0; c < CLASSES; c++) size += cx_square(w->column[i][j][c]);
         w->sample[i].size = sqrt(size);
     }
-    const double ratio = solve_spinor(w);
-    if (!(ratio < 1e-8)) return ratio;
-    find_sizes(w);
-    const double better = solve_spinor(w);
-    find_sizes(w);
-    return better;
+    return solve_spinor_twice(w);
 }
 /* Writes the coefficient of a term in a sum. Returns 0 if the term does not occur in the sum. */
 static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, const dual_term *n,

@@ -87,7 +87,7 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* The part of a path that is integrated. It is the whole path if `all` is nonzero. Otherwise it
+/* The part of a path that is integrated. If `all` is nonzero, the whole path is used. Otherwise it
  * begins at the start of the path and ends where tan^2(x/2) = `most`. If `backwards` is nonzero, it
  * begins at the end of the path and ends where cot^2(x/2) = `most`. */
 typedef struct path_part {
@@ -239,8 +239,8 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds the normalised integral over a path to a pole, times `part`, to b. The sign is that of the
- * sheet where F = i l. At the pole tan^2(x/2) = `most`. The path begins at root `from`. */
+/* Adds the normalised integral over a path to a pole, times `part`, to b. The sign belongs to the
+ * sheet on which F = i l. At the pole tan^2(x/2) = `most`. The path begins at root `from`. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)

@@ -5,8 +5,8 @@
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
  * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. There are five
- * signs, one for each root and one for each arc. They are found by comparison with a state shortly
- * after the start.
+ * signs, one for each root and one for each arc. A comparison with a state shortly after the start
+ * determines the signs.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
@@ -218,8 +218,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Finds the signs, and the angles of the torus at the start. It uses a state shortly after the
- * start that is not close to an end of an arc. If w1 or w2 is slow, it stays near the end of its
+/* Finds the signs, and the angles of the torus at the start. The function uses a state shortly
+ * after the start that is not close to an end of an arc. If w1 or w2 is slow, it stays near the end of its
  * arc for a long time, so a state nearer to the end is used. Returns the error of this state,
  * divided by the velocity: near a saddle, an early state depends on the angles far less than a late
  * one. */

@@ -17,8 +17,8 @@ typedef struct wave_lanes {
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
 } wave_lanes;
 
-/* Writes the powers of c + i s up to the exponent `most`. Each is the product of two powers with
- * nearly equal exponents. */
+/* Writes the powers of c + i s up to the exponent `most`. Each power is the product of two powers
+ * with nearly equal exponents. */
 INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
 {
     re[0] = wide_splat(1.0);

@@ -18,11 +18,11 @@
 #include "least_squares.h"
 
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds, by the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e e k,
- * e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds differ in the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e
+ * e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* One term without the constant of its class. Its two values are the same size with the signs of
+/* One term without the constant of its class. The two values have the same size, and the signs of
  * the term in two sums. */
 typedef struct sum_term {
     short k1, k2;
@@ -230,20 +230,25 @@ static void find_sizes(theta_work *w)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Computes the constants of S and T for one beta. The equations are solved twice, the second time
+/* Computes the constants of S and T from the columns. The equations are solved a second time,
  * divided by D, so that the errors of S and T are small relative to D everywhere. Returns the ratio
  * of the smallest singular value to the next larger one. */
-static double find_spinor(theta_work *w, const double beta[2])
+static double solve_spinor_twice(theta_work *w)
 {
-    if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
-    fill_columns(w, spinor_sums);
-    for (int i = 0; i < SAMPLES; i++) w->sample[i].size = 1.0;
     const double ratio = solve_spinor(w);
     if (!(ratio < 1e-8)) return ratio;
     find_sizes(w);
     const double better = solve_spinor(w);
     find_sizes(w);
     return better;
+}
+/* Computes the constants of S and T for one beta. Returns the ratio of solve_spinor_twice. */
+static double find_spinor(theta_work *w, const double beta[2])
+{
+    if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
+    fill_columns(w, spinor_sums);
+    for (int i = 0; i < SAMPLES; i++) w->sample[i].size = 1.0;
+    return solve_spinor_twice(w);
 }
 /* Writes beta for one of four values of b, which differ by rows of B/2. Multiples of the rows of B
  * are added, chosen so that the sums are smallest. */

@@ -260,7 +260,7 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
 }
 /* Sets the scale of the horizontal momentum from its value at the lower turning height. The
  * momentum is larger there than at the upper one, because m1 p2 >= p1 m2 and plus3 >= minus3 (in
- * the notation of arguments_of). Its series, a theta3 of a real or imaginary argument, is
+ * the notation of arguments_of). The series, a theta3 of a real or imaginary argument, is
  * positive. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
                                      wide i1)
@@ -294,8 +294,8 @@ static inline dd phase_at_start(const turning *r, wide mean)
 /* Sets the phases of the nutation, of alpha and of beta at the start. The phase of the horizontal
  * momentum is the sum of the phases of alpha and beta. Two of these three phases are computed,
  * because a phase is inaccurate if its quantity is near zero. The phase of the momentum is less
- * accurate if the momentum is nearly vertical. It is used only if the momentum is more than twice
- * as large as the smaller of alpha and beta. */
+ * accurate if the momentum is nearly vertical. The formula is used only if the momentum is more
+ * than twice as large as the smaller of alpha and beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -332,8 +332,8 @@ static inline mask is_resting_at_pole(const initial *s)
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
 /* Returns half of c (1/I3 - 1/I1) with c = <m, a>: half of the difference between the spin and the
- * component of W along the axis. It is added to the rate of alpha and subtracted from that of
- * beta. */
+ * component of W along the axis. The shift is added to the rate of alpha and subtracted from the
+ * rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));

@@ -100,7 +100,8 @@ static double pole_at(const kr_exact_map_form *map, double k)
 }
 /* Sets the scale of the momentum from its size and its sign at the lower of the two symmetric
  * links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 + E)/(1 + b s).
- * Its sign follows from W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
+ * The sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the largest
+ * |W|^2. */
 static double set_momentum(kr_exact_map_form *map, const map_link *k)
 {
     double f[6], g[6], h[6];

@@ -56,7 +56,7 @@ kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
 /* Returns the first instruction set of the form's table that this processor supports. Every
- * processor supports the last one. */
+ * processor supports the last instruction set of the table. */
 static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
 {
     const kr_torus_isa *isa = form->isas;

@@ -22,7 +22,7 @@ INLINE double fraction_of_turns(double turns)
 }
 /* Returns the time after the beginning at which the kernel is evaluated for the time t. Returns 0
  * if t is so late that its phases are not known; the kernel then gives the state of the start,
- * whose integrals are correct. Also returns 0 if t is not finite. */
+ * whose integrals are correct. Returns 0 also if t is not finite. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));

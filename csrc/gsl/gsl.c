@@ -106,7 +106,8 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        /* GSL's default error handler aborts the program. It is global, so it is not restored. */
+        /* GSL's default error handler aborts the program. The handler is global, so it is not
+         * restored. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));

@@ -1,6 +1,7 @@
 /* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
  * form. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps and Gragg's smoothing.
- * Its error has even powers of 1 / n_j only. By Aitken and Neville, better results are therefore
+ * The error of T(j,1) has only even powers of 1 / n_j. By Aitken and Neville, better results are
+ * therefore
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at the row j if T(j,j) - T(j,j-1) is at most tol in the norm of the thesis
  * (Bodack 2008, 4.1.1). The target of the next step is the row with the least work per unit of

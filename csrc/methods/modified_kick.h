@@ -34,8 +34,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector costs
- * less and has the same vector product with e3. */
+/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. The vector used
+ * here costs less and has the same vector product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;

@@ -1,15 +1,15 @@
 /* Kick and drift: the flows of the potential and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
  * A kick changes only m, a drift only q (McLachlan 1993, Reich 1994). The flow of the |m|^2 part is
- * a rotation about m. It commutes with the flows of the other two kinetic parts. The drift of a
- * symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body needs four
- * rotations: about m, and about N, T and N again. The error of the drift is of third order in the
- * step. It is smallest if B is the axis of the middle moment. A rotor with the momentum h adds a
- * constant rate to the rotation about each axis, -h_N / I_N about N. A rotation about B is then
- * needed, too. The drift of a symmetric body stays exact if the rotor is along T. The rounding
- * error of each sum is kept and added to the next sum (Kahan 1965). The rounding errors of the
- * energy are then as small as those of the changes of q and m, which are much smaller than those of
- * q and m. */
+ * a rotation about m. The rotation about m commutes with the flows of the other two kinetic parts.
+ * The drift of a symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body
+ * needs four rotations: about m, and about N, T and N again. The error of the drift is of third
+ * order in the step. The error is smallest if B is the axis of the middle moment. A rotor with the
+ * momentum h adds a constant rate to the rotation about each axis, -h_N / I_N about N. A rotation
+ * about B is then needed, too. The drift of a symmetric body stays exact if the rotor is along T.
+ * The rounding error of each sum is kept and added to the next sum (Kahan 1965). The rounding
+ * errors of the energy are then as small as those of the changes of q and m, which are much smaller
+ * than those of q and m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>

@@ -45,7 +45,8 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the axes cyclically. They take T to N, T to B, and T to T. */
+/* Rotations that permute the axes cyclically. The three permutations take T to N, T to B, and T to
+ * T. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */

@@ -17,7 +17,8 @@ INLINE const double *low(const double *p)
 INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
 /* PRODUCT_ERROR defines a function that returns the rounding error of the product ab = a * b of
- * vectors. It uses fma if the hardware has it, otherwise Dekker's product of 26-bit halves. */
+ * vectors. The product uses fma if the hardware has it, otherwise Dekker's product of 26-bit
+ * halves. */
 #if defined KR_FMA || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }

@@ -1,8 +1,8 @@
 /* The recurrence of taylor.h: coefficients, step size, sums. This source is compiled twice for each
- * instruction set, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
- * fast for three reasons. Every sum runs from its middle terms outwards, so that the two newest
- * coefficients come last. The terms (j, m) and (m, j) are added in parallel. The compiler knows the
- * order and can unroll the loops. */
+ * instruction set, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. The
+ * recurrence is fast for three reasons. Every sum runs from its middle terms outwards, so that the
+ * two newest coefficients come last. The terms (j, m) and (m, j) are added in parallel. The
+ * compiler knows the order and can unroll the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -142,7 +142,7 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 work on the bits of a double. Their results have two correct digits,
+/* approx_log2 and approx_exp2 work on the bits of a double. The results have two correct digits,
  * which suffice for a step size. The functions are much faster than libm. The logarithm is later
  * divided by the order, so the mantissa itself can be used in place of its logarithm. */
 INLINE double approx_log2(double x)
@@ -186,10 +186,10 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle coefficients of a head have the size
- * 2^log2_size. The first coefficient of the tail is a sum of such products and has their rounding
- * errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller than the
- * products. The last term would then allow too long a step: the rounding errors of the tail, which
- * is in doubles, would spoil the digits of the head. */
+ * 2^log2_size. The first coefficient of the tail is a sum of such products and is affected by their
+ * rounding errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller
+ * than the products. The last term would then allow too long a step: the rounding errors of the
+ * tail, which is in doubles, would spoil the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

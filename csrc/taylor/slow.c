@@ -7,9 +7,9 @@
  * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
  * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
  * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
- * motion. This is below the rounding errors (Fenichel 1979). Until the motion reaches the manifold,
- * it is integrated by the recurrence, with a tolerance relative to the small W to which it
- * decays. */
+ * motion. The error of this truncation is below the rounding errors (Fenichel 1979). Until the
+ * motion reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
+ * small W to which it decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "slow.h"

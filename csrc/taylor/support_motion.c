@@ -14,7 +14,8 @@
 /* A spin or a torque below this fraction of its unit counts as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* The interval in which a limit is reached is halved until it has this fraction of the step. */
+/* The interval in which a limit is reached is halved until its length is this fraction of the
+ * step. */
 #define NARROW_PART 0x1p-30
 /* Larger friction would overflow. It would stop the top in the same time, which is too short for
  * doubles to resolve. */

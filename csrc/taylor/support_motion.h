@@ -43,7 +43,7 @@ int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Makes the next step. With friction, a step ends where the spin reaches 0, and where friction can
  * no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
-/* Writes the derivatives of (q | P) and W at the end of the last step, by the forces in this
- * step. */
+/* Writes the derivatives of (q | P) and W at the end of the last step, computed from the forces in
+ * this step. */
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
 #endif

@@ -431,8 +431,9 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Lets the memory hold the series of the part of the last step that contains the time `to`. Since
- * times usually increase from one call to the next, each part is recomputed at most once. */
+/* Computes the series of the part of the last step that contains the time `to`, if it is not in
+ * memory. Since times usually increase from one call to the next, each part is recomputed at most
+ * once. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);

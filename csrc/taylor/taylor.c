@@ -61,9 +61,9 @@ static double log2_tolerance(const kr_motion *motion)
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
 /* Returns the kernel whose order is fastest for this tolerance, and lowers the tolerance to the
- * target of its steps. If the last terms are equal, a higher order leaves a larger error. Its
- * target is therefore lower, but not below the rounding error. Orders and targets were found by
- * measurements with validation/studies/taylor_kernel_study.py orders. */
+ * target of its steps. If the last terms are equal, a higher order leaves a larger error. The
+ * target of a higher order is therefore lower, but not below the rounding error. Orders and targets
+ * were found by measurements with validation/studies/taylor_kernel_study.py orders. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -167,7 +167,7 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
     s->m = q_turn(s->q, motion_add_rotor(motion, M));
 }
 /* Writes the state in double-double, given the values of the series at its time `at`. The low words
- * go to motion->low. */
+ * are stored in motion->low. */
 static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,

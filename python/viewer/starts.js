@@ -21,7 +21,7 @@ export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, star
   const [cos, sin] = [Math.cos(tilt), Math.sin(tilt)];
   const [x, y, about] = turning;
   if (typeof start.precession === "string" && (x || y))
-    throw new Error("there is no steady precession on a support that turns so");
+    throw new Error("there is no steady precession on a support that turns in this way");
   // Rates as seen from the space at rest.
   const [axial, torque] = [along * (start.spin + about * cos) + made.rotor[2], mass * gravity * com[2]];
   const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);

@@ -3,19 +3,9 @@
 /* clang-format off */
 #ifndef KR_GORYACHEV_CHAPLYGIN_TRUTH_H
 #define KR_GORYACHEV_CHAPLYGIN_TRUTH_H
-#include "kreisel.h"
+#include "torus_tops.h"
 
-typedef struct goryachev_chaplygin_truth {
-    kr_vec3 inertia, com;
-    double gravity;
-    kr_quat q;
-    kr_vec3 m;
-    double t;
-    kr_quat q_at;
-    kr_vec3 m_at;
-} goryachev_chaplygin_truth;
-
-static const goryachev_chaplygin_truth goryachev_chaplygin_truths[] = {
+static const torus_truth goryachev_chaplygin_truths[] = {
     {{8, 8, 2}, {0, 0.35450625477063569, 0}, 1, {0.27830082348153834, -0.73619858859814102,
      0.61469809998570446, 0.052024375724919962}, {-5.7519580715230632, -6.6727205196330326, 0},
      250.55876731872559, {0.23087277447896523, 0.61759440922547459, 0.68670313887564471,

@@ -3,19 +3,9 @@
 /* clang-format off */
 #ifndef KR_KOWALEWSKI_TRUTH_H
 #define KR_KOWALEWSKI_TRUTH_H
-#include "kreisel.h"
+#include "torus_tops.h"
 
-typedef struct kowalewski_truth {
-    kr_vec3 inertia, com;
-    double gravity;
-    kr_quat q;
-    kr_vec3 m;
-    double t;
-    kr_quat q_at;
-    kr_vec3 m_at;
-} kowalewski_truth;
-
-static const kowalewski_truth kowalewski_truths[] = {
+static const torus_truth kowalewski_truths[] = {
     {{1, 1, 0.5}, {-2.9800357008317362, -0, 0}, 1, {-0.19637334538744128, 0.9277306056118434,
      0.1103768857677669, 0.29760775480594681}, {0.0064286270250867193, -0.99618924101850026,
      0.19053984861280548}, -3.5637931823730469, {0.2698013455887503, 0.82631014116785573,

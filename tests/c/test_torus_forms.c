@@ -1,10 +1,11 @@
 /* Laws of both closed forms on a torus, those of Kowalewski and of Goryachev-Chaplygin tops: their
- * states are those of the Taylor series at 30 digits, scales and axes of description do not matter,
- * batches and instruction sets give bitwise equal results, and tops, checkpoints and ensembles use
- * them. test_kowalewski.c and test_goryachev_chaplygin.c have the tests of one form. */
+ * states are those of heyoka and of the Taylor series at 30 digits, scales and axes of description
+ * do not matter, batches and instruction sets give bitwise equal results, and tops, checkpoints and
+ * ensembles use them. test_kowalewski.c and test_goryachev_chaplygin.c have the tests of one form. */
 #include <stdlib.h>
 #include "exact/torus.h"
-#include "torus_tops.h"
+#include "goryachev_chaplygin_truth.h"
+#include "kowalewski_truth.h"
 
 /* The numbers at the head of a plan. `rate` is the slower of the two frequencies. */
 typedef struct plan_head {
@@ -26,6 +27,8 @@ typedef struct form_case {
     int planned, certificate;       /* numbers of refusals */
     int drawn, most_refused;        /* number of random tops, and of refused ones among them */
     double series_error, top_error; /* bounds */
+    const torus_truth *truths;
+    size_t truth_count;
 } form_case;
 
 static kr_status plan_kowalewski(const kr_scene *scene, double bound, void *memory,
@@ -87,6 +90,25 @@ static const void *plan_of(const form_case *c, const kr_scene *s)
     IS((status == KR_OK) == (plan != NULL));
     IS(status == KR_OK || status == KR_ERR_METHOD);
     return plan;
+}
+static void truths_by_heyoka_are_met(const form_case *c)
+{
+    IS(c->truth_count >= 30);
+    for (size_t i = 0; i < c->truth_count; i++) {
+        const torus_truth *truth = &c->truths[i];
+        const kr_scene s = scene_of(truth->inertia, truth->com, truth->gravity, truth->q, truth->m);
+        const void *plan = plan_of(c, &s);
+        IS(plan);
+        if (!plan) continue;
+        const kr_state end = c->state(plan, truth->t);
+        const kr_quat d = q_mul(q_conj(truth->q_at), end.q);
+        const double miss = 2.0 * v_length(q_vec(d)) + off(end.m, truth->m_at) / scale_of(&s);
+        if (!(miss <= 2e-14)) printf("truth %d at t = %g: %.2g\n", (int)i, truth->t, miss);
+        NEAR(miss, 0.0, 2e-14);
+        IS(d.w > 0.0);
+        const plan_head head = c->head(plan);
+        IS(head.mismatch == 0.0 && head.refusal == c->planned && head.certificate < 1e-13);
+    }
 }
 static void series_with_30_digits_are_met(const form_case *c)
 {
@@ -404,6 +426,7 @@ static void angles_of_the_torus_grow_linearly(const form_case *c)
 static void check_form(const form_case *c)
 {
     memory = malloc(c->size());
+    truths_by_heyoka_are_met(c);
     series_with_30_digits_are_met(c);
     drawn_tops_are_planned(c);
     bad_arguments_are_refused(c);
@@ -446,6 +469,8 @@ static form_case kowalewski_case(void)
         .most_refused = 6,
         .series_error = 5e-15,
         .top_error = 3e-15,
+        .truths = kowalewski_truths,
+        .truth_count = sizeof kowalewski_truths / sizeof *kowalewski_truths,
     };
 }
 static form_case chaplygin_case(void)
@@ -468,6 +493,8 @@ static form_case chaplygin_case(void)
         .most_refused = 8,
         .series_error = 3e-14,
         .top_error = 5e-15,
+        .truths = goryachev_chaplygin_truths,
+        .truth_count = sizeof goryachev_chaplygin_truths / sizeof *goryachev_chaplygin_truths,
     };
 }
 

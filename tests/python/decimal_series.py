@@ -12,6 +12,8 @@ solution shares no code with the library, and serves as a reference for the resu
 import math
 from decimal import Decimal, localcontext
 
+import kreisel as kr
+
 DIGITS, ORDER = 45, 40
 
 
@@ -189,3 +191,10 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
         off = multiply(conjugate(q), unit(there))
         return 2.0 * float(sum((c * c for c in off[1:]), Decimal(0)).sqrt())
+
+
+def decimal_error(scene, t, digits):
+    """Return the attitude error at the time `t` of the Taylor method with a number of digits."""
+    path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
+    low = path.q_low[-1] if digits else (0, 0, 0, 0)
+    return attitude_error(Series(scene).to(t)[0], path.q[-1], low)

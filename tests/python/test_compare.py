@@ -87,5 +87,5 @@ def test_a_step_that_a_method_refuses_is_a_row_of_the_table():
 
 
 def test_a_truth_at_other_times_is_refused():
-    with pytest.raises(ValueError, match="a path at the times that are compared"):
+    with pytest.raises(ValueError, match="a path at the requested times"):
         kr.compare(TOP, [1.0], ["strang"], steps=[0.1], truth=kr.solve(TOP, [2.0]), repeats=1)

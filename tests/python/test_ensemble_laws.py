@@ -150,12 +150,13 @@ def test_what_is_wrong_with_one_top_alone_is_its_status():
     fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)])
     late = kr.solve(fast, [1.0, 2.0])
     assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION", "OK"]
-    assert "more often than a double" in late.message(1) and late.message(0) == "success"
+    assert "more turns than a double" in late.message(1) and late.message(0) == "success"
     own = kr.solve(fast[::2], [[1.0, 2.0], [1.0, 1e300]])
     assert own.status_names.tolist() == ["OK", "ERR_RESOLUTION"]
     steps = kr.Ensemble(kr.scenes.cusps.body, momentum=(0, 0, 3), gravity=[1.0, 1e9])
     large = kr.solve(steps, 1.0, "bobenko_suris4", step=0.1)
-    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"] and "would do" in large.message(1)
+    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"]
+    assert "would suffice" in large.message(1)
 
 
 def test_reductions_have_the_bits_of_any_threads():

@@ -52,7 +52,7 @@ def test_only_the_vertical_momentum_leaves_the_closed_form(scene):
 
 
 def compute_flow(path):
-    """Return the derivative of the state by time: a rotation vector, and the torque in space."""
+    """Return the time derivative of the state: a rotation vector, and the torque in space."""
     scene = path.scene
     arm = np.array(kr.quaternion.turn(tuple(path.q.T), scene.body.com)).T
     torque = np.cross(arm, (0.0, 0.0, -scene.body.mass * scene.gravity))
@@ -60,7 +60,7 @@ def compute_flow(path):
 
 
 def compute_heading_change(path):
-    """Return the derivative of the state by the angle of a rotation about the vertical."""
+    """Return the derivative of the state with respect to a rotation about the vertical."""
     vertical = np.array(kr.quaternion.turn_back(tuple(path.q.T), (0.0, 0.0, 1.0))).T
     return np.concatenate([vertical, np.cross((0.0, 0.0, 1.0), path.m)], axis=1)
 
@@ -147,7 +147,7 @@ def test_tangents_near_a_separatrix_tell_their_error_or_are_refused():
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
 def test_changes_without_closed_form_are_refused_by_name(name):
-    with pytest.raises(ValueError, match=f"has no tangents by '{name}'"):
+    with pytest.raises(ValueError, match=f"has no tangents with respect to '{name}'"):
         kr.exact(KOWALEWSKI)(1.0, tangents=("start", name))
 
 
@@ -182,7 +182,7 @@ def test_solve_by_the_closed_form_gives_the_same_tangents(scene, t):
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
 def test_solve_by_the_closed_form_refuses_other_tangents(name):
-    with pytest.raises(ValueError, match=f"no tangents by '{name}'"):
+    with pytest.raises(ValueError, match=f"no tangents with respect to '{name}'"):
         kr.solve(KOWALEWSKI, 1.0, "exact", tangents=("start", name))
 
 

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from test_api_fuzz import EXAMPLES, LETTERS
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:no body has this inertia", "ignore:.*unphysical", "ignore:.*to rounding only"
+    "ignore:no body has this inertia", "ignore:.*unphysical", "ignore:.*only up to rounding"
 )
 SPINNING = """gravity = 2
 [spinning]

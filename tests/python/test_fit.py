@@ -11,7 +11,7 @@ from fits import GUESS, HEAVY, SIGMA, SYMMETRIC, SYMMETRIC_GUESS, gyroscope, rat
 from kreisel._fit.rotations import exponential, multiply_quaternions
 
 FREE = ("start", "moments", "com")
-SCALE = "the scale of the moments: moments, damping and com may all have one factor"
+SCALE = "the scale of the moments: moments, damping and com have an unknown common factor"
 HEADING = "the heading: a rotation of the start about the vertical"
 
 
@@ -110,7 +110,7 @@ def test_a_plate_stays_a_plate():
         assert c <= (a + b) * (1.0 + 1e-8)
         if fit.at_bound:
             at_edge += 1
-            assert "plate across axis 3" in fit.at_bound[0] and "At a bound" in str(fit)
+            assert "plate normal to axis 3" in fit.at_bound[0] and "At a bound" in str(fit)
         found, error = fit.error_of(lambda scene: scene.body.moments[0] / scene.body.moments[2])
         assert abs(found - 1.0 / 3.0) < 4.0 * error
     assert 1 <= at_edge <= 5

@@ -8,7 +8,7 @@ from mpmath import mp, mpf
 
 PLACE = (0.4, -0.7, 0.5)
 SIGMA = 0.05
-SCALE = "the scale of the moments: moments, damping and com may all have one factor"
+SCALE = "the scale of the moments: moments, damping and com have an unknown common factor"
 HEADING = "the heading: a rotation of the start about the vertical"
 SCENES = {
     "heavy": HEAVY,

@@ -42,7 +42,7 @@ def test_pieces_agree_with_a_single_motion():
     one, other = single.error_of(moment_ratios), pieces.error_of(moment_ratios)
     assert (np.abs(one[0] - other[0]) < 0.02 * one[1]).all()
     assert np.abs(other[1] / one[1] - 1.0).max() < 0.02
-    assert pieces.unidentified == single.unidentified and "6 pieces" in str(pieces)
+    assert pieces.unidentified == single.unidentified and "6 joined pieces" in str(pieces)
     turned = kr.attitude_error(pieces.path.q, single.path.q)
     assert turned.max() < 1e-3 and (pieces.path.t == record.t).all()
 

@@ -37,7 +37,7 @@ def error(scene, method, step):
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
         said = re.search(
-            r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused)
+            r"the step is too large.* with step = (\S+), where (\S+) would suffice", str(refused)
         )
         assert said and float(said[1]) == step
         kr.solve(scene, STEPS * step, method=method, step=float(said[2]))
@@ -49,7 +49,8 @@ def test_bobenko_suris4_takes_what_its_series_can():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
     The energy E and the torque are divided by I1, and E excludes the spin. E is the modified energy
-    that the map conserves. It differs from the true energy by a few per cent at such steps.
+    that the map conserves. At such steps, the modified energy differs from the energy by a few per
+    cent.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):

@@ -268,7 +268,11 @@ def test_methods_of_gsl_say_how_to_get_them(name):
             ValueError,
             "repeats must be at least 1",
         ),
-        ({"methods": ["extrap"], "truth": "rk4"}, ValueError, "truth 'rk4' has a fixed step"),
+        (
+            {"methods": ["extrap"], "truth": "rk4"},
+            ValueError,
+            "method 'rk4' of truth has a fixed step",
+        ),
         ({"methods": ["extrap"], "truth": "rk44"}, ValueError, "unknown method 'rk44'"),
     ],
 )

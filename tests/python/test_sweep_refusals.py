@@ -21,7 +21,7 @@ def test_a_folder_of_something_else_stays_untouched(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(FileExistsError, match=r"not a folder of a sweep.*contains 'thesis\.tex'"):
         run_sweep(tmp_path)
-    with pytest.raises(FileExistsError, match=r"thesis\.tex is no folder"):
+    with pytest.raises(FileExistsError, match=r"thesis\.tex is not a folder"):
         run_sweep(tmp_path / "thesis.tex")
     assert list_files(tmp_path) == ["thesis.tex"]
 
@@ -54,7 +54,7 @@ def test_a_plan_of_another_version_is_refused(tmp_path):
     told = json.loads(file.read_text())
     told["plan"]["more"] = 1
     file.write_text(json.dumps(told | {"hash": sweep_plan.hash_plan(told["plan"])}))
-    with pytest.raises(ValueError, match="in a form that this version does not write"):
+    with pytest.raises(ValueError, match="in a format of another version"):
         kr.read_sweep(tmp_path)
 
 
@@ -86,7 +86,7 @@ def test_a_folder_in_the_place_of_a_part_stays_untouched(tmp_path):
     assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
         found.check()
-    with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or no part"):
+    with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or not a part"):
         found.part(3)
 
 

@@ -18,7 +18,7 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
     costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
     monkeypatch.setattr(table_of_costs, "_measure_costs", lambda _: costs)
     told = page_of_methods(kr.methods)
-    assert "here one was\n100 ns on the first top" in told
+    assert "rk4 took 100 ns for the first top" in told
     assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in told and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in told
 
 

@@ -1,7 +1,7 @@
 """Tests of third-party software.
 
 The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
-another checkout. They also check that the viewer makes no network requests.
+another checkout. Another test checks that the viewer makes no network requests.
 """
 
 import importlib.metadata

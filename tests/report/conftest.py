@@ -1,4 +1,4 @@
-"""Fixtures of the tests of the report. They make reports complete even on slow machines."""
+"""Fixtures of the tests of the report. Reports are complete even on slow machines."""
 
 from dataclasses import replace
 

@@ -6,64 +6,24 @@ The charts are tested on a light and on a dark background.
 from itertools import combinations
 
 import kreisel as kr
-import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
+from colour_vision import VISION, compute_contrast, lab_distance
 
 from validation.competitors.method_families import group_methods
 from validation.drawing import cost_curves
 from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_panel, plt
 
-# Source: Machado, Oliveira and Fernandes (2009), full dichromacy, for linear RGB.
-VISION = {
-    "normal": np.eye(3),
-    "protanopia": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "deuteranopia": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.011820, 0.042940, 0.968881],
-    ],
-}
-TO_XYZ = np.array(
-    [
-        [0.4124564, 0.3575761, 0.1804375],
-        [0.2126729, 0.7151522, 0.0721750],
-        [0.0193339, 0.1191920, 0.9503041],
-    ]
-)
-WHITE = TO_XYZ.sum(axis=1)
-
-
-def linear(colour):
-    c = np.array(to_rgb(colour))
-    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-
-
-def lab(colour, vision):
-    xyz = TO_XYZ @ np.clip(np.array(vision) @ linear(colour), 0, 1) / WHITE
-    x, y, z = np.where(xyz > 216 / 24389, np.cbrt(xyz), (24389 / 27 * xyz + 16) / 116)
-    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
-
-
-def contrast(one, other):
-    dark, light = sorted(TO_XYZ[1] @ linear(colour) for colour in (one, other))
-    return (light + 0.05) / (dark + 0.05)
-
 
 @pytest.mark.parametrize("vision", VISION)
 def test_colours_differ_for_every_reader(vision):
     for one, other in combinations(COLOURS, 2):
-        apart = np.linalg.norm(lab(one, VISION[vision]) - lab(other, VISION[vision]))
+        apart = lab_distance(one, other, vision)
         assert apart > 20, f"{one} and {other}: {apart:.0f}"
 
 
 @pytest.mark.parametrize("paper", ["#ffffff", "#15171a"])
 def test_colours_can_be_seen_on_the_page(paper):
-    assert all(contrast(colour, paper) > 2.5 for colour in COLOURS)
+    assert all(compute_contrast(colour, paper) > 2.5 for colour in COLOURS)
 
 
 def pair(style):

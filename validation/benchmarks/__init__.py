@@ -1,1 +1,1 @@
-"""Benchmarks of speed and accuracy. Run one with `python -m validation.benchmarks.NAME`."""
+"""Benchmarks of speed and accuracy. Run a program with `python -m validation.benchmarks.NAME`."""

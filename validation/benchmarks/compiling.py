@@ -40,7 +40,7 @@ def isa_files():
 def size_options(file, options):
     """Return the compiler options of the baseline kernels.
 
-    They are optimized for size if other instruction sets exist.
+    The baseline kernels are optimized for size if other instruction sets exist.
     """
     return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 

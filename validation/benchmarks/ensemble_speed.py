@@ -54,6 +54,12 @@ def print_grade(what, value, must, stretch=None, unit="", at_most=False):
     print(f"{what:62} {value:9.3g}{unit}  {bounds}: {next(met, 'MISSED')}", flush=True)
 
 
+def print_peak_memory(what, command):
+    """Print the peak memory of a program, which must print this memory itself [kB]."""
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
+    print_grade(f"{what}: peak memory", float(done.stdout) / 1000, 300, unit=" MB", at_most=True)
+
+
 def throughput(options):
     for kind in SCENES:
         tops = draw_tops(kind, options.tops)
@@ -147,15 +153,7 @@ def large(options):
     ):
         seconds = median(timing.time_once(call) for _ in range(options.rounds))
         print_grade(what, seconds, must, unit=" s", at_most=True)
-    command = [sys.executable, "-c", LARGE, str(n)]
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    print_grade(
-        f"{n:.0e} tops with reduce: peak memory",
-        float(done.stdout) / 1000,
-        300,
-        unit=" MB",
-        at_most=True,
-    )
+    print_peak_memory(f"{n:.0e} tops with reduce", [sys.executable, "-c", LARGE, str(n)])
 
 
 def single(options):

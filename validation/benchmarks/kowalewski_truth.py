@@ -73,14 +73,32 @@ def draw(number, rng):
         momentum[2] = (0.0, 1e-3, -1e-6, 1e-10, 1e-17, 0.0, 0.0)[number - 45]
         momentum *= number < 50
     time = LATE.get(number, 10.0 ** rng.uniform(0, 2.3) * rng.choice([-1, 1]))
-    time = round(time / rate * 2**20) / 2**20
+    return make_top(inertia, com, gravity, attitude, momentum, time / rate)
+
+
+def make_top(inertia, com, gravity, attitude, momentum, time):
+    """Return a top of plain floats, with the time rounded to 20 binary places."""
     return Top(
         *(tuple(map(float, x)) for x in (inertia, com)),
         gravity,
         tuple(map(float, attitude)),
         tuple(map(float, momentum)),
-        time,
+        round(time * 2**20) / 2**20,
     )
+
+
+def format_row(numbers):
+    return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
+
+
+def format_top(top, attitude, momentum):
+    """Return the C source lines of a top and its state."""
+    rows = [format_row(x) for x in (top.inertia, top.com, top.attitude, top.momentum)]
+    line = (
+        f"{{{rows[0]}, {rows[1]}, {top.gravity:.17g}, {rows[2]}, {rows[3]}, {top.time:.17g}, "
+        f"{format_row(attitude)}, {format_row(momentum)}}},"
+    )
+    return fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5)
 
 
 def integrator():
@@ -115,21 +133,17 @@ def main(words=None):
         prog="python -m validation.benchmarks.kowalewski_truth", description=__doc__.splitlines()[0]
     ).parse_args(words)
     mp.mp.dps = 40
-    rng, move, lines = np.random.default_rng(SEED), integrator(), []
+    print(HEADER.replace("ROWS", "\n".join(compute_rows(draw, TOPS, SEED))), end="")
 
-    def row(numbers):
-        return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
 
-    for number in range(TOPS):
+def compute_rows(draw, count, seed):
+    """Return the C source lines of `count` tops from the function `draw`, with their states."""
+    rng, move, rows = np.random.default_rng(seed), integrator(), []
+    for number in range(count):
         top = draw(number, rng)
-        q, m = follow(move, top)
-        line = (
-            f"{{{row(top.inertia)}, {row(top.com)}, {top.gravity:.17g}, {row(top.attitude)}, "
-            f"{row(top.momentum)}, {top.time:.17g}, {row(q)}, {row(m)}}},"
-        )
-        lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
+        rows.append(format_top(top, *follow(move, top)))
         print(number, file=sys.stderr, flush=True)
-    print(HEADER.replace("ROWS", "\n".join(lines)), end="")
+    return rows
 
 
 HEADER = """/* States of Kowalewski tops, computed by heyoka in quadruple precision;
@@ -137,19 +151,9 @@ HEADER = """/* States of Kowalewski tops, computed by heyoka in quadruple precis
 /* clang-format off */
 #ifndef KR_KOWALEWSKI_TRUTH_H
 #define KR_KOWALEWSKI_TRUTH_H
-#include "kreisel.h"
+#include "torus_tops.h"
 
-typedef struct kowalewski_truth {
-    kr_vec3 inertia, com;
-    double gravity;
-    kr_quat q;
-    kr_vec3 m;
-    double t;
-    kr_quat q_at;
-    kr_vec3 m_at;
-} kowalewski_truth;
-
-static const kowalewski_truth kowalewski_truths[] = {
+static const torus_truth kowalewski_truths[] = {
 ROWS
 };
 #endif

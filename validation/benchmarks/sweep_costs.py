@@ -21,7 +21,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .ensemble_speed import BUSY, print_grade
+from .ensemble_speed import BUSY, print_grade, print_peak_memory
 
 KEPT = {"nutation": ("min", "max", "mean")}
 TIMES = np.linspace(0, 100, 101)
@@ -87,14 +87,7 @@ def memory(options):
     """Print the peak memory of a process that runs a sweep."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", MEMORY, f"{folder}/runs", str(options.tops)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
-    print_grade(
-        f"{options.tops} tops with reductions: peak memory",
-        float(done.stdout) / 1000,
-        300,
-        unit=" MB",
-        at_most=True,
-    )
+        print_peak_memory(f"{options.tops} tops with reductions", command)
 
 
 def plan(options):

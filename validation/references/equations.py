@@ -8,8 +8,8 @@ D is the damping along the principal axes. The damping term is left out if D is 
 
 There are seven equations: four for the attitude, and three for the angular velocity or the angular
 momentum in the body frame. For heyoka, the form with the angular velocity is the fastest. The
-coefficients are computed with 40 digits and rounded once. They are either constants or parameters.
-With parameters, one compiled integrator serves every top.
+coefficients are computed with 40 digits and rounded once. The coefficients are either constants or
+parameters. With parameters, one compiled integrator serves every top.
 """
 
 import heyoka as hy

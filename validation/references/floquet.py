@@ -1,4 +1,4 @@
-"""Tangents of closed forms at any time: derivatives of the state by the initial state.
+"""Tangents of closed forms at any time: derivatives of the state with respect to the initial state.
 
 In the body frame the motion is periodic. After the time tau, P and M return to their initial
 values. For a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem

@@ -6,10 +6,10 @@ the principal axes:
     J w' = (J w + h) x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
 The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5). It damps the fast modes at any step size, so the steps follow the slow motion.
-Newton's method solves for the stages. Its matrices are in double precision, and its residuals are
-in extended precision. The step size is chosen by the last Legendre coefficient of the stages. The
-last coefficient measures the neglected terms.
+section IV.5). The method damps the fast modes at any step size, so the steps follow the slow
+motion. Newton's method solves for the stages. The matrices are in double precision, and the
+residuals in extended precision. The step size is chosen by the last Legendre coefficient of the
+stages. The last coefficient measures the neglected terms.
 """
 
 from functools import cache

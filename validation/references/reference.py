@@ -6,8 +6,8 @@ validation.references.reference`.
 Each solution is computed in several nearly independent ways: by two forms of the equations, in
 128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
 conditioning is stored with the solution. It is the angle by which the attitude changes if all
-numbers of the top change by one rounding error of a double. These are the momentum, the attitude,
-the moments and the lever. No method in doubles can be expected to be more accurate.
+numbers of the top change by one rounding error of a double. The changed numbers are the momentum,
+the attitude, the moments and the lever. No method in doubles can be expected to be more accurate.
 """
 
 import argparse

@@ -90,7 +90,7 @@ def draw_top(rng):
 
 @dataclass
 class Nudged:
-    """The attributes of a scene that the reference uses, with relative changes of `NUDGE`."""
+    """A scene for the reference, with each number changed by a relative `NUDGE`."""
 
     scene: kr.Scene
     rng: np.random.Generator

@@ -143,7 +143,7 @@ class _Run:
         path, good = self.path, not self.failure
         stats = path.stats if path else Stats(0, 0, 0, 0)
         if path and good and not np.array_equal(path.t, truth.t):
-            raise ValueError("the truth must be a path at the times that are compared")
+            raise ValueError("truth must be a path at the requested times")
         return Row(
             scene=scene,
             method=self.method,
@@ -273,7 +273,7 @@ def _solve_truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[flo
         return solve(scene, t, method, tol=_TRUTH_TOL)
     if not by_step:
         raise ValueError(
-            f"the truth {method!r} has a fixed step: give steps; it takes a sixteenth of the "
-            "smallest"
+            f"the method {method!r} of truth has a fixed step: give steps; it uses a sixteenth "
+            "of the smallest"
         )
     return solve(scene, t, method, step=min(by_step) / 16.0)

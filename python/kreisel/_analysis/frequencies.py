@@ -86,8 +86,8 @@ class Frequencies(ReadOnlyArrays):
     exact: bool
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
-        return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
+        rates = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
+        return f"<kreisel.Frequencies: {rates}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex with matplotlib, and return the axes.
@@ -160,13 +160,13 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _strongest_lines(t, seen, count)
-    told = lines, amplitudes, rest
-    freeze_arrays(told)
+    spectrum = lines, amplitudes, rest
+    freeze_arrays(spectrum)
     turning = path.scene.turning[2]
     path = _see_from_rest(path, turning) if turning else path
     rates = _compute_exact_rates(exact(path.scene)) if path.method == EXACT else None
     precession, nutation, spin = _compute_rates(path) if rates is None else rates
-    return Frequencies(precession - turning, nutation, spin, *told, rates is not None)
+    return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
 
 
 def _refuse_support(scene: Scene) -> None:

@@ -40,7 +40,7 @@ def methods(name: str | None, markdown: bool) -> None:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:
         rows = [(m.name, _format_order(m), _list_properties(m), m.text) for m in known.values()]
-        _print_table(("method", "order", "kind", "what it is"), rows)
+        _print_table(("method", "order", "kind", "description"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
@@ -75,7 +75,7 @@ def _list_properties(method: Method) -> str:
 def scenes(name: str | None) -> None:
     """List the named scenes, or print one as a TOML template."""
     if name is None:
-        _print_table(("scene", "what to look at"), list(about.items()))
+        _print_table(("scene", "description"), list(about.items()))
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
@@ -86,4 +86,4 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities that --want can name."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _print_table(("quantity", "[M L T]", "what it is"), rows)
+    _print_table(("quantity", "[M L T]", "description"), rows)

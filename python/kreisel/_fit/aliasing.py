@@ -15,7 +15,7 @@ from .._utils.validation import Array
 from .parameters import Parameters, Point
 from .records import Record
 
-_FEW = 4.0  # samples a turn from which an angular velocity is determined
+_FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
@@ -65,6 +65,6 @@ def describe_alias(point: Point, alias: Point) -> str:
     """Return a sentence about another start that fits the records equally well."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
-        f"the spin: the records have fewer than {_FEW:g} samples a turn, and the angular velocity "
-        f"{other:.4g} instead of {found:.4g} fits as well"
+        f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "
+        f"velocity {other:.4g} instead of {found:.4g} fits equally well"
     )

@@ -127,7 +127,7 @@ def _run_sessions(
     elif not best.has_converged:
         warn(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
-            "far; raise max_evaluations or give a nearer guess"
+            "far; raise max_evaluations or give a guess nearer to the motion"
         )
     return best
 

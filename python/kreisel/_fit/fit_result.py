@@ -352,7 +352,7 @@ def _describe_bound(name: str, axes: list[int]) -> str:
     if len(axes) == 1:
         rest = [i for i in (1, 2, 3) if i not in axes]
         return (
-            f"I{axes[0]} = I{rest[0]} + I{rest[1]}: the body is a plate across axis {axes[0]}, or "
-            "flatter than any body"
+            f"I{axes[0]} = I{rest[0]} + I{rest[1]}: the body is a plate normal to axis "
+            f"{axes[0]}, or flatter than any rigid body"
         )
     return "the body is a rod: one moment is zero"

@@ -111,13 +111,13 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
             is_scalable = False
     if is_scalable and not _has_torque(point):
         words = " and ".join(others)
-        sentence = f"the scale of the moments: only their ratios, and {words} over moments, count"
+        sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
         yield from _generate(p, sentence, size)
     elif is_scalable:
         words = ", ".join(others)
         for name, blocks in own.items():
             sentence = (
-                f"the scale of the moments: moments, {words} and {name} may all have one factor"
+                f"the scale of the moments: moments, {words} and {name} have an unknown common factor"
             )
             yield from _generate(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),

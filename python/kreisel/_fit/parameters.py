@@ -263,7 +263,7 @@ class Parameters:
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
         if "lever" in free and not length > 0.0:
-            raise ValueError("lever is free, but com is the fixed point: free com instead")
+            raise ValueError("lever is free, but com is the fixed point: use com instead")
         self._check_support(length)
         self.lever = self.start.com / length if length > 0.0 else self.start.com
         self.slices: dict[Key, slice] = {}

@@ -159,7 +159,7 @@ class SearchSession:
         if count < self.parameters.size:
             raise ValueError(
                 f"the records have {count} numbers, fewer than the {self.parameters.size} free "
-                "parameters: measure more, or free less"
+                "parameters: add measurements, or remove names from free"
             )
 
     def check_pieces(self, pieces: int | None) -> None:
@@ -295,7 +295,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from(self, point: Point, agreement: float) -> None:
-        """Search from a point, first on the parts of the records that begin with its agreement."""
+        """Search from a point, beginning with the parts of the records with which it agrees."""
         before = self.best
         point = self._extend(point, agreement)
         settings = self._settings(_FTOL, self.model, self.limit)
@@ -552,8 +552,8 @@ class SearchSession:
             scale = rows.series.spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
-                    f"{rows.series.name} does not depend on what is free "
-                    f"({', '.join(self.parameters.free)}): free more, or leave it out"
+                    f"{rows.series.name} does not depend on the free parameters "
+                    f"({', '.join(self.parameters.free)}): add names to free, or leave it out"
                 )
 
 

@@ -150,7 +150,7 @@ def _list_sentences(fit: FitValues) -> list[str]:
     elif ratio > _MISFIT:
         made.append(
             f"The residuals are {math.sqrt(ratio):.3g} times as large as their sigma: the records "
-            "are of another top, or the search found no near motion."
+            "may be of another top, or the search did not find the motion."
         )
     elif fit.excess:
         made.append(describe_excess(fit))
@@ -159,8 +159,8 @@ def _list_sentences(fit: FitValues) -> list[str]:
     made += [f"At a bound: {sentence}." for sentence in fit.at_bound]
     if fit.residual_correlation > _CORRELATED and fit.inflation > _ENLARGED:
         made.append(
-            f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): something "
-            "acts on the top that is not in the model."
+            f"Neighbouring residuals are correlated ({fit.residual_correlation:.2f}): the "
+            "model does not include all forces on the top."
         )
     if fit.inflation > _ENLARGED:
         made.append(
@@ -169,15 +169,15 @@ def _list_sentences(fit: FitValues) -> list[str]:
         )
     if fit.nonlinearity > _NONLINEAR:
         made.append(
-            "Errors are not normal: along the least certain direction, one sigma changes chi2 by "
-            f"another amount than 1, off by {fit.nonlinearity:.2g}."
+            "Errors are not normally distributed: along the least certain direction, the change of "
+            f"chi2 for one sigma differs from 1 by {fit.nonlinearity:.2g}."
         )
     left_out = sum(record.missing for record in fit.records)
     if left_out:
-        made.append(f"{left_out} values were not measured and left out.")
+        made.append(f"{left_out} values were not measured, and are left out.")
     if fit.piece_starts:
         made.append(
-            f"The motion is in {len(fit.piece_starts)} pieces whose ends meet: from the start "
-            "alone, errors would grow beyond the residuals."
+            f"The motion consists of {len(fit.piece_starts)} joined pieces, because errors from a "
+            "single start would grow beyond the residuals."
         )
     return made

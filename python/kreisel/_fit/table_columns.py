@@ -23,7 +23,7 @@ def read_csv_columns(file: str | os.PathLike[str]) -> dict[str, Array]:
     name = os.fspath(file)
     rows = _read_rows(name)
     if len(rows) < 2:
-        raise ValueError(f"{name}: a line of names and a line of numbers are needed")
+        raise ValueError(f"{name}: it needs a line of names and at least one line of numbers")
     names = [word.strip() for word in rows[0]]
     if len(set(names)) < len(names):
         raise ValueError(f"{name}: two columns have the same name: {', '.join(names)}")
@@ -55,7 +55,7 @@ def _parse_field(file: str, row: int, word: str) -> float:
     except ValueError:
         hint = "; write decimal points, not commas" if "," in word else ""
         raise ValueError(
-            f"{file}: row {row} has {short_repr(word)}, which is no number{hint}"
+            f"{file}: row {row} has {short_repr(word)}, which is not a number{hint}"
         ) from None
 
 

@@ -203,10 +203,12 @@ class Batch(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        told = [_describe(word) for word in self._varying_parameters()]
+        varying = [_describe(word) for word in self._varying_parameters()]
         dims = len(self.shape)
-        told = told or [name for name, held in self._columns.items() if any(held.strides[:dims])]
-        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all equal'}>"
+        varying = varying or [
+            name for name, held in self._columns.items() if any(held.strides[:dims])
+        ]
+        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling, with broadcast dimensions reduced to one entry."""

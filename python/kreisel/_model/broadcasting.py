@@ -169,9 +169,9 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
         return np.broadcast_shapes(*shapes)
     except ValueError:
         named = zip(names, shapes, strict=True)
-        told = ", ".join([f"{name} {shape}" for name, shape in named if shape])
+        shaped = ", ".join([f"{name} {shape}" for name, shape in named if shape])
         raise ValueError(
-            f"the shapes of the members cannot be broadcast together: {told}"
+            f"the shapes of the members cannot be broadcast together: {shaped}"
         ) from None
 
 

@@ -85,19 +85,19 @@ class EnsembleConstructors(EnsembleData[S]):
     def _from_euler(
         cls,
         body: Body | Bodies,
-        told: list[Parameter],
+        parameters: list[Parameter],
         angles: Components,
         rates: Components,
         environment: Environment,
         one: Callable[..., S],
     ) -> Self:
-        """Build tops from `angles` and `rates`, which were computed from the parameters `told`.
+        """Build tops from `angles` and `rates`, which were computed from `parameters`.
 
-        `one` is the constructor of a single top from the parameters `told`. If a member is invalid,
-        the error of this constructor is raised.
+        `one` is the constructor of a single top from `parameters`. If a member is invalid, the
+        error of this constructor is raised.
         """
         around, columns = parse_environments(environment)
-        broadcast_shape(body, [*told, *around])
+        broadcast_shape(body, [*parameters, *around])
         turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
         q = map_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
@@ -107,7 +107,7 @@ class EnsembleConstructors(EnsembleData[S]):
             )
         columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        return cls.__new__(cls)._assign(body, [*told, *around], columns, one)
+        return cls.__new__(cls)._assign(body, [*parameters, *around], columns, one)
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
@@ -151,23 +151,25 @@ class EnsembleConstructors(EnsembleData[S]):
         """
         bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        told = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
-        rate, angle = (array_to_radians(each.values, in_degrees) for each in told)
+        parameters = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
+        rate, angle = (array_to_radians(each.values, in_degrees) for each in parameters)
         moments_about_axes(bodies)
         around = Environment(gravity, damping, turning, shaking, friction)
         if check_steady(steady, fast, precession, around):
             one = partial(one, steady=True, fast=fast)
             about = steady_rates(
-                bodies, [*told, parse_parameter("gravity", gravity)], in_degrees, fast, one
+                bodies, [*parameters, parse_parameter("gravity", gravity)], in_degrees, fast, one
             )
         else:
-            told.append(parse_parameter("precession", 0.0 if precession is None else precession))
-            about = array_to_radians(told[-1].values, in_degrees)
-        broadcast_shape(bodies, told)
+            parameters.append(
+                parse_parameter("precession", 0.0 if precession is None else precession)
+            )
+            about = array_to_radians(parameters[-1].values, in_degrees)
+        broadcast_shape(bodies, parameters)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
             rates = about, nothing, rate - about * cos(angle)
-        return cls._from_euler(bodies, told, (nothing, angle, nothing), rates, around, one)
+        return cls._from_euler(bodies, parameters, (nothing, angle, nothing), rates, around, one)
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
@@ -218,18 +220,18 @@ def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
 
 def steady_rates(
     body: Body | Bodies,
-    told: Sequence[Parameter],
+    parameters: Sequence[Parameter],
     degrees: bool,
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession; `told` contains the parameters spin, tilt and gravity.
+    """Return the rates of steady precession; `parameters` are spin, tilt and gravity.
 
     Raises ValueError with the index of the first member that has no steady precession.
     """
     refuse_steady_rotor(body)
-    shape = broadcast_shape(body, told)
-    spin, tilt, gravity = (each.values for each in told)
+    shape = broadcast_shape(body, parameters)
+    spin, tilt, gravity = (each.values for each in parameters)
     rate, angle = array_to_radians(spin, degrees), array_to_radians(tilt, degrees)
     across, along = moments_about_axes(body)
     x, y, z = split_components(np.asarray(body.com))
@@ -250,5 +252,5 @@ def steady_rates(
     bad = np.broadcast_to(bad & ~at_pole, shape)
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
-        raise member_error(body, told, one, shape, at)
+        raise member_error(body, parameters, one, shape, at)
     return np.where(at_pole, 0.0, rates)

@@ -66,15 +66,15 @@ class EnsembleData(Batch[S]):
         turned, q = parse_attitudes(attitude, attitude_xyzw)
         given_around = Environment(gravity, damping, turning, shaking, friction)
         around, columns = parse_environments(given_around)
-        told = [start, turned, *around]
-        broadcast_shape(bodies, told)
+        parameters = [start, turned, *around]
+        broadcast_shape(bodies, parameters)
         momenta = compute_momenta(bodies, start, q, columns["turning"])
-        self._assign(bodies, told, {"momentum": momenta, "attitude": q, **columns}, self._one)
+        self._assign(bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one)
 
     def _assign(
         self,
         body: Body | Bodies,
-        told: Sequence[Parameter],
+        parameters: Sequence[Parameter],
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
@@ -82,10 +82,10 @@ class EnsembleData(Batch[S]):
 
         Raises the error of the constructor `one`, with the index, for the first invalid member.
         """
-        shape = broadcast_shape(body, told)
+        shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
             shape = np.broadcast_shapes(shape, held.shape[: held.ndim - _trailing(name)])
-        words = [each for each in told if each.values.ndim > len(each.value)]
+        words = [each for each in parameters if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
             words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
@@ -97,7 +97,7 @@ class EnsembleData(Batch[S]):
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
-            raise member_error(body, told, one, shape, at, statuses[status][1])
+            raise member_error(body, parameters, one, shape, at, statuses[status][1])
         return self
 
     @classmethod
@@ -246,22 +246,22 @@ def check_body(body: object) -> Body | Bodies:
     raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
 
 
-def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
+def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
     """Return the shape to which bodies and parameters broadcast.
 
     Raises ValueError if they do not broadcast.
     """
     own = body.shape if isinstance(body, Bodies) else ()
-    shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
+    shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in parameters]
     try:
         return np.broadcast_shapes(own, *shapes)
     except ValueError:
-        return common_shape(["body", *[each.name for each in told]], [own, *shapes])
+        return common_shape(["body", *[each.name for each in parameters]], [own, *shapes])
 
 
 def member_error(
     body: Body | Bodies,
-    told: Sequence[Parameter],
+    parameters: Sequence[Parameter],
     one: Callable[..., object],
     shape: Shape,
     at: Index,
@@ -271,7 +271,7 @@ def member_error(
 
     If the constructor raises no error, returns a ValueError with the message `text`.
     """
-    words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in told}
+    words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in parameters}
     own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
     try:

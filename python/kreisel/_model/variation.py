@@ -64,9 +64,11 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
             raise TypeError(unknown_name_message("parameter", name, _KNOWN))
     given = {name: value for name, value in words.items() if value is not None}
     kinds = [list(filter(given.__contains__, names)) for names in (_PLAIN, _SPINNING, _EULER)]
-    told = [names[0] for names in kinds if names]
-    if len(told) > 1:
-        raise ValueError(f"{told[0]} and {told[1]} both describe the start: give only one kind")
+    described = [names[0] for names in kinds if names]
+    if len(described) > 1:
+        raise ValueError(
+            f"{described[0]} and {described[1]} both describe the start: give only one kind"
+        )
     body = _vary_body(scene, given)
     around = _vary_environment(scene, given)
     in_degrees = as_bool("degrees", given.get("degrees", False))
@@ -74,10 +76,10 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     is_steady = False
     if steady is not False or fast is not False:
         is_steady = check_steady(steady, fast, given.get("precession"), around)
-    if kinds[1] or (is_steady and not told):
+    if kinds[1] or (is_steady and not described):
         start = _start_from_spin(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
     elif is_steady:
-        raise ValueError(f"steady=True goes with spin and tilt, not with {told[0]}")
+        raise ValueError(f"steady=True goes with spin and tilt, not with {described[0]}")
     elif kinds[2]:
         start = _start_from_euler(scene, given, in_degrees)
     else:
@@ -150,7 +152,7 @@ def _start_from_spin(
     """
     now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
-    told = {
+    parameters = {
         name: parse_tilt(given[name], degrees)
         if name == "tilt"
         else parse_parameter(name, given[name])
@@ -158,13 +160,15 @@ def _start_from_spin(
         if name in given
     }
     rate, angle, turning = [
-        array_to_radians(told[name].values, degrees) if name in told else np.asarray(own[name])
+        array_to_radians(parameters[name].values, degrees)
+        if name in parameters
+        else np.asarray(own[name])
         for name in _SPINNING
     ]
-    broadcast_shape(body, list(told.values()))
+    broadcast_shape(body, list(parameters.values()))
     if steady[0]:
         as_given = [
-            told.get(n, _parameter_in_degrees(n, own[n], degrees)) for n in ("spin", "tilt")
+            parameters.get(n, _parameter_in_degrees(n, own[n], degrees)) for n in ("spin", "tilt")
         ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
         down = parse_parameter("gravity", gravity)
@@ -172,7 +176,7 @@ def _start_from_spin(
     with np.errstate(all="ignore"):
         rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
     precession, _, spin = now.angles
-    return list(told.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
+    return list(parameters.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
 def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
@@ -187,14 +191,18 @@ def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _S
     now = _euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
-    told = {name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given}
+    parameters = {
+        name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given
+    }
     angles, rates = (
         split_three(
-            array_to_radians(told[name].values, degrees) if name in told else np.asarray(own[name])
+            array_to_radians(parameters[name].values, degrees)
+            if name in parameters
+            else np.asarray(own[name])
         )
         for name in _EULER
     )
-    return list(told.values()), angles, rates
+    return list(parameters.values()), angles, rates
 
 
 def scatter(

@@ -185,8 +185,8 @@ _COMPONENTS = {
 def list_components(name: str) -> list[tuple[str, int]]:
     """Return pairs (quantity, index of a component).
 
-    If `name` is a quantity, there is a pair for each of its components. If `name` is a component,
-    there is one pair.
+    If `name` is a quantity, there is a pair for each of its components. A name of a component
+    yields one pair.
     """
     if name in QUANTITIES:
         return [(name, i) for i in range(QUANTITIES[name].doubles)]

@@ -229,8 +229,8 @@ def explain_no_closed_form(scene: Scene) -> str:
             "kr.solve integrates it with the method 'taylor'"
         )
     return (
-        "no closed form can resolve when a top falls whose axis leans or moves by less than "
-        "1e-70 at the start"
+        "no closed form can resolve the fall of a top whose initial tilt and velocity are below "
+        "1e-70"
     )
 
 

@@ -157,9 +157,9 @@ def _draw_path(
     limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
     draw_trace(sphere, path.apex, limits=heights)
-    told = path.scene.body.kind if limits is None else str(limits.motion_type[0])
+    motion = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
-    sphere.set_title(f"{told} ({method})", fontsize=10)
+    sphere.set_title(f"{motion} ({method})", fontsize=10)
     above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
     for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)

@@ -271,8 +271,8 @@ def _smooth(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     """Return faces, in principal axes, and colours of a solid that represents a body.
 
-    The solid is a spinning top or a cylinder if the body is symmetric about its apex. Otherwise it
-    is a cuboid.
+    The solid is a spinning top or a cylinder if the body is symmetric about its apex. The solid of
+    any other body is a cuboid.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

@@ -104,7 +104,7 @@ def creation_error(
         fits = step
         while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
             fits /= 2.0
-        would = f", where {fits!r} would do"
+        would = f", where {fits!r} would suffice"
     return status_to_exception(
         status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}"
     )

@@ -97,9 +97,9 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
     The changes are divided by the relative rounding error. With at most 16 digits, the unit of the
     momentum's rounding error is the largest moment times a bound on the angular velocity. With more
-    digits, the core stores the momentum in components along the body's axes. A rounding of the
-    attitude then turns the momentum as well, and each component is rounded in proportion to its own
-    size.
+    digits, the core stores the momentum in components along the body's axes. A rounding error of
+    the attitude then also rotates the momentum, and each component has its own relative rounding
+    error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)

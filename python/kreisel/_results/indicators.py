@@ -305,34 +305,34 @@ def _compute_rows(
 
 
 def _stop_error(
-    kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, told: Indicator
+    kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for the i-th top, with the indicator `told` as its `.paths`."""
+    """Return the exception for the i-th top, with `indicator` as its `.paths`."""
     scene = tops.ravel()[i]
-    status = str(told.status.ravel()[i])
-    none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(told.t[-1])
+    status = str(indicator.status.ravel()[i])
+    none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
     path = make_path(scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none)
-    return kind(f"{text}: the tangent of {scene!r}", status, path, told)
+    return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
-def single_indicator(told: Indicator) -> Indicator:
+def single_indicator(indicator: Indicator) -> Indicator:
     """Return the indicator of a scene from that of an ensemble of one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())
 
     return replace(
-        told,
-        curve=told.curve[0],
-        certificate=first(told.certificate),
-        status=first(told.status),
-        final_megno=first(told.final_megno),
-        turns=first(told.turns),
+        indicator,
+        curve=indicator.curve[0],
+        certificate=first(indicator.certificate),
+        status=first(indicator.status),
+        final_megno=first(indicator.final_megno),
+        turns=first(indicator.turns),
         _tops=None,
     )
 
 
-def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
+def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
     """Raise kreisel.Error if the only top of the ensemble `tops` failed."""
-    if told.failed.size:
-        raise _stop_error(Error, tops, 0, text, told)
+    if indicator.failed.size:
+        raise _stop_error(Error, tops, 0, text, indicator)

@@ -208,7 +208,7 @@ class ExactTorus(Exact):
 
     With `tangents`, the path also has `tangents` and `derivative`, as from kreisel.solve. The names
     are one or several of "start", "gravity" and "mass". Other changes lead to tops without closed
-    form. So does a vertical momentum of a Goryachev-Chaplygin top, and its column is NaN. The
+    form. The column of the vertical momentum of a Goryachev-Chaplygin top is therefore NaN. The
     tangents are central differences of order 8 of the closed forms of neighbouring tops, and their
     steps are shorter at later times. The error usually stays below about 1e-10 of the tangent at
     any time, whereas the error of a Taylor series grows. The error is larger in two cases. Near

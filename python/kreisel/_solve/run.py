@@ -151,8 +151,8 @@ class Run:
             self._check(times)
         if self.ended:
             raise ValueError(
-                f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
-                "path.end goes on from there"
+                f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
+                "from the scene path.end"
             )
         return self._advance(times, parse_progress(progress))
 
@@ -486,7 +486,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
         raise ValueError(f"{name} is not a checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
     if kernel != now and not {kernel, now} <= _FUSED:
-        said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
+        said = f"{name} was made with the kernel {kernel!r}; {now!r} agrees only up to rounding"
         warnings.warn(said, stacklevel=2)
     return run
 

@@ -194,9 +194,9 @@ class StepSearch:
 
     def unmet_error(self, why: str) -> ValueError:
         return ValueError(
-            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
-            "(2**-53) of the state, in the internal units of the top, moves the attitude by about "
-            f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
+            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
+            "error (2**-53) of the state, in internal units, changes the attitude by about "
+            f"{self.conditioning:.1e} rad. Request a larger error or a shorter time"
         )
 
 
@@ -275,7 +275,7 @@ def search_path(
         taken += steps
         if taken > search.budget:
             raise search.unmet_error(
-                f"a search may take {search.budget} steps, which did not suffice"
+                f"the search is limited to {search.budget} steps, which did not suffice"
             )
         run = search.run(steps)
         if run and run[1] <= _ENOUGH * target:

@@ -63,7 +63,7 @@ class _Group:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute the tangents at the states of a closed form, by the parameters `names`.
+    """Compute the tangents with respect to the parameters `names` at states of a closed form.
 
     `compute_states` returns the states of the closed form of a scene at some times. Columns of
     changes that lead to tops without closed form are NaN. Raises ValueError if the neighbours of
@@ -91,8 +91,9 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
                 "damped tops have none" if name == "damping" else "most changes of it have none"
             )
             raise ValueError(
-                f"a closed form on a torus has no tangents by {name!r}, because {reason}: use "
-                f"{', '.join(map(repr, PARAMETERS))}, or kr.solve(scene, t, tangents={name!r})"
+                f"a closed form on a torus has no tangents with respect to {name!r}, because "
+                f"{reason}: use {', '.join(map(repr, PARAMETERS))}, or kr.solve(scene, t, "
+                f"tangents={name!r})"
             )
 
 
@@ -102,7 +103,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
     if scene._rate_bound * end > _LATEST:
         raise ValueError(
             f"t must be at most {_LATEST / scene._rate_bound:.3g} in size for the tangents of a "
-            f"closed form, not {end!r}: they grow, and rounding errors of the start with them"
+            f"closed form, not {end!r}: they grow, and so do rounding errors of the start"
         )
 
 

@@ -107,14 +107,14 @@ def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) ->
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(
-            "there are no tangents by a friction of 0, because it cannot decrease: leave out "
-            "'friction'"
+            "there are no tangents with respect to a friction of 0, because it cannot decrease: "
+            "leave out 'friction'"
         )
     without_com = ~np.any(np.asarray(tops.body.com), axis=-1)
     if "com" in names and np.any(rubs & without_com):
         raise ValueError(
-            "there are no tangents by com for tops with friction and com = 0, because com gives "
-            "the axis of friction: leave out 'com'"
+            "there are no tangents with respect to com for tops with friction and com = 0, because "
+            "com gives the axis of friction: leave out 'com'"
         )
 
 

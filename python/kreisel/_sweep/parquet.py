@@ -102,7 +102,7 @@ def read_about(data: bytes) -> dict[str, Any]:
     try:
         return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"it is no part of a sweep: {error}") from None
+        raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
 def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
@@ -113,9 +113,9 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     try:
         about = json.loads((metadata or {})[_ABOUT.encode()])
     except (KeyError, ValueError) as error:
-        raise ValueError(f"it is no part of a sweep: {error}") from None
+        raise ValueError(f"it is not a part of a sweep: {error}") from None
     if not isinstance(about, dict):
-        raise ValueError("it is no part of a sweep")
+        raise ValueError("it is not a part of a sweep")
     return about
 
 
@@ -141,7 +141,7 @@ def decode_part(
         return _read_table(table, states)
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
         # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
-        raise ValueError(f"{file} is damaged, or no part of this sweep: {error}") from None
+        raise ValueError(f"{file} is damaged, or not a part of this sweep: {error}") from None
 
 
 def _read_table(table: Table, states: int) -> PartTable:

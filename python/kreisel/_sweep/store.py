@@ -185,7 +185,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
-        raise FileExistsError(f"{where} is no folder")
+        raise FileExistsError(f"{where} is not a folder")
     if not (where / PLAN).exists() and _create(where, plan):
         return store
     content = _read_plan_file(where)

@@ -216,7 +216,7 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
-        raise ValueError("it is a plan in a form that this version does not write")
+        raise ValueError("it is a plan in a format of another version")
     return result
 
 
