@@ -117,7 +117,8 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
         words = ", ".join(others)
         for name, blocks in own.items():
             sentence = (
-                f"the scale of the moments: moments, {words} and {name} have an unknown common factor"
+                f"the scale of the moments: moments, {words} and {name} have an unknown "
+                "common factor"
             )
             yield from _generate(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
