@@ -140,42 +140,14 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
     top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
                                     top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
-/* Returns 1 if damping, which drives a top backward in time, turns the top by more than 2^53 rad
- * until the clock is `goal`. The size y of the angular velocity U relative to the support, with y^2
- * = <U, A U>, then grows by at least `growth` y - `loss`. */
-static int is_driven_apart(const kr_top *top, double goal)
-{
-    const kr_motion *motion = &top->main;
-    if (top->forward > 0.0 || !(v_largest(motion->damping) > 0.0)) return 0;
-    const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
-    const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
-    const kr_scene *scene = motion->scene;
-    const double turning = motion->time_unit * v_length(scene->turning),
-                 shaking = fabs(scene->shaking.amplitude) * scene->shaking.rate *
-                           scene->shaking.rate / fabs(scene->gravity);
-    const double pull = v_length(motion->lever) * (1.0 + (kr_scene_shakes(scene) ? shaking : 0.0)),
-                 carried = v_length(motion->rotor) + 2.0 * most * turning;
-    const double growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least;
-    const double loss = (pull + carried * turning) / sqrt(least);
-    kr_state now = {0};
-    top->method->read(motion, &now);
-    const kr_vec3 W = v_over(v_sub(q_turn_back(now.q, now.m), motion->rotor), A);
-    const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
-    if (!(growth > 0.0 && y > 0.0)) return 0;
-    return y / sqrt(most) * expm1(growth * fabs(goal - motion->clock)) > 0x1p53 * growth;
-}
 /* Computes the state at t of an adaptive method, in internal units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
     const double goal = time_since_start(top, t);
-    if (top->forward * (goal - top->main.clock) > 0.0 && is_driven_apart(top, goal))
-        return KR_ERR_RESOLUTION;
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
-        /* Damping may drive a top only after it has begun to move. */
-        if (top->steps % KR_CHECK == 0 && is_driven_apart(top, goal)) return KR_ERR_NOT_FINITE;
     }
     /* If steps are shorter than the resolution of time, t may lie before the last step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;

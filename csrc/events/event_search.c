@@ -166,7 +166,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
         if (found.index >= 0 ||
             !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
             break;
-        status = kr_steps_dense(top, time_since_start(top, t));
+        status = kr_steps_dense(top, top->forward * INFINITY); /* an event may come before t */
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;

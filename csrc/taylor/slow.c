@@ -12,6 +12,7 @@
  * small W to which it decays. */
 #include <string.h>
 #include "math/dd.h"
+#include "model/scene.h"
 #include "slow.h"
 
 enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
@@ -283,4 +284,27 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     kr_taylor_set_rate(p, motion, p->first_rate);
     if (strong) *log2_tol = relative_tolerance(p, strong);
     return 0;
+}
+/* The size y of the angular velocity U relative to the support, with y^2 = <U, A U>, grows by at
+ * least `growth` y - `loss` backward in time. */
+int kr_slow_drives_apart(const kr_motion *motion, double until)
+{
+    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
+    const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
+    const kr_scene *scene = motion->scene;
+    if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
+    const double turning = scene ? motion->time_unit * v_length(scene->turning) : 0.0,
+                 shaken = scene && kr_scene_shakes(scene)
+                              ? fabs(scene->shaking.amplitude) * scene->shaking.rate *
+                                    scene->shaking.rate / fabs(scene->gravity)
+                              : 0.0;
+    const double carried = v_length(motion->rotor) + 2.0 * most * turning,
+                 growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least,
+                 loss =
+                     (v_length(motion->lever) * (1.0 + shaken) + carried * turning) / sqrt(least);
+    const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
+    const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
+    if (!(growth > 0.0 && y > 0.0)) return 0;
+    return y / sqrt(most) * expm1(growth * fabs(until - motion->clock)) > 0x1p53 * growth;
 }

@@ -251,7 +251,8 @@ static kr_status taylor_step(kr_motion *motion, double until)
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     double log2_tol;
-    (void)until;
+    if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
+        return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
     /* No step in doubles can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {
