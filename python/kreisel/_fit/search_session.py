@@ -135,7 +135,7 @@ class SearchSession:
 
         Many motions before the start then lead to it.
         """
-        if self._is_good():
+        if self._is_good() or not self.parameters.start.friction:
             return
         try:
             self.solve_guess()
