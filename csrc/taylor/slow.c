@@ -117,6 +117,26 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
+/* Inverts a matrix with ones on its diagonal, whose row i has `ahead` in column i + 1 and `behind`
+ * in column i + 2, both only if both axes are slow. */
+static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
+                   double inverse[3][3])
+{
+    double m[3][3], sum = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        m[i][i] = 1.0;
+        m[i][j] = is_slow[i] && is_slow[j] ? ahead[i] : 0.0;
+        m[i][k] = is_slow[i] && is_slow[k] ? behind[i] : 0.0;
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
+            inverse[j][i] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
+    for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
+}
 /* Sets how the rotor couples the slow axes. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
@@ -128,7 +148,7 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
         ahead[i] = h[(i + 2) % 3] / D[i];
         behind[i] = -h[(i + 1) % 3] / D[i];
     }
-    plain_invert(ahead, behind, slow->is_slow, slow->gain);
+    invert(ahead, behind, slow->is_slow, slow->gain);
 }
 /* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
  * damping is strong about all these axes. */

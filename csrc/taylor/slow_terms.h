@@ -7,7 +7,6 @@ typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
     number k[3], up[3], down[3], drag[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
-    number gain[3][3];          /* as in slow_axes */
 } NAME(terms);
 
 /* Returns the n-th coefficient of the product of rows `a` and `b`. */
@@ -17,8 +16,7 @@ static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
     for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
     return sum;
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping and
- * without the rotor's terms that couple two slow axes. */
+/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
 static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -26,42 +24,21 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
         add(mul(s->up[axis], s->c[ROW_P + j][n]), mul(s->down[axis], s->c[ROW_P + k][n]));
     number sum = add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
     if (!slow->has_rotor) return sum;
-    if (!(slow->is_slow[axis] && slow->is_slow[j]))
-        sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
-    if (!(slow->is_slow[axis] && slow->is_slow[k]))
-        sum = add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
-    return sum;
+    sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
+    return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Inverts a matrix with ones on its diagonal, whose row i has `ahead` in column i + 1 and `behind`
- * in column i + 2, both only if both axes are slow. */
-static void NAME(invert)(const number ahead[3], const number behind[3], const int is_slow[3],
-                         number inverse[3][3])
+/* Changes W_n of the slow axes so that they follow their torques. `follows` are the torques over the
+ * damping, with the rotor's torque for the present W_n. */
+static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
+                              int n)
 {
-    number m[3][3], sum = of(0.0, 0.0);
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        m[i][i] = of(1.0, 0.0);
-        m[i][j] = is_slow[i] && is_slow[j] ? ahead[i] : of(0.0, 0.0);
-        m[i][k] = is_slow[i] && is_slow[k] ? behind[i] : of(0.0, 0.0);
-    }
+    number off[3];
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            const int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
-            inverse[j][i] = minus(mul(m[a][c], m[b][d]), mul(m[a][d], m[b][c]));
-        }
-    for (int i = 0; i < 3; i++) sum = add(sum, mul(m[0][i], inverse[i][0]));
-    for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] = over(inverse[i / 3][i % 3], sum);
-}
-/* Recomputes W_n of the slow axes from the torques `follows` over their damping. */
-static void NAME(share_rotor)(NAME(terms) * s, const int is_slow[3], const number follows[3], int n)
-{
-    for (int i = 0; i < 3; i++) {
-        if (!is_slow[i]) continue;
-        s->c[ROW_W + i][n] = of(0.0, 0.0);
-        for (int j = 0; j < 3; j++)
-            if (is_slow[j])
-                s->c[ROW_W + i][n] = add(s->c[ROW_W + i][n], mul(s->gain[i][j], follows[j]));
-    }
+        if (slow->is_slow[i]) off[i] = minus(follows[i], s->c[ROW_W + i][n]);
+    for (int i = 0; i < 9; i++)
+        if (slow->is_slow[i / 3] && slow->is_slow[i % 3])
+            s->c[ROW_W + i / 3][n] =
+                add(s->c[ROW_W + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
 /* Sets coefficient n + 1 of the vertical in the body frame. */
 static void NAME(turn_vertical)(NAME(terms) * s, int n)
@@ -103,7 +80,7 @@ static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
             follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
             if (!slow->has_rotor) w[n] = follows[i];
         }
-        if (slow->has_rotor) NAME(share_rotor)(s, is_slow, follows, n);
+        if (slow->has_rotor) NAME(share_rotor)(s, slow, follows, n);
         for (int i = 0; i < 3 && 2 * n <= order; i++)
             moved = fmax(moved, fabs(high(minus(s->c[ROW_W + i][n], last[i]))));
         if (n == order) break;
@@ -124,7 +101,6 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
  * coefficients 0. All other coefficients become zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
-    number ahead[3], behind[3];
     memset(s, 0, sizeof *s);
     NAME(read_vector)(s->k, from[0].k, from[1].k);
     NAME(read_vector)(s->up, from[0].up, from[1].up);
@@ -135,10 +111,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
     for (int i = 0; i < 3 && slow->has_rotor; i++) {
         s->ahead[i] = mul(s->k[i], s->ahead[i]);
         s->behind[i] = mul(s->k[i], s->behind[i]);
-        ahead[i] = slow->is_slow[i] ? over(s->ahead[i], s->drag[i]) : s->ahead[i];
-        behind[i] = slow->is_slow[i] ? over(s->behind[i], s->drag[i]) : s->behind[i];
     }
-    if (slow->has_rotor) NAME(invert)(ahead, behind, slow->is_slow, s->gain);
     for (int i = 0; i < 4; i++) s->c[ROW_Q + i][0] = of(from[0].end_x[i], from[1].end_x[i]);
     for (int i = 0; i < 3; i++) {
         s->c[ROW_P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
