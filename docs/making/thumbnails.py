@@ -1,10 +1,10 @@
 """Thumbnails of the gallery: one panel of each example's first figure, without labels and legend.
 
-A scraper remembers where the panels are while the figure exists. The thumbnails are cut after all
-examples have run.
+A scraper draws them while the figure exists. They are saved after all examples have run.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -20,7 +20,7 @@ MIDDLE = 0.5
 CENTRES = {
     "gyrocompass": 0.0
 }  # {example: about which a chart is cut, 0 at the left, 1 at the right}
-panels = {}  # {image file: panel}
+thumbnails = {}  # {image file: thumbnail}
 
 
 @dataclass(frozen=True)
@@ -28,27 +28,36 @@ class Panel:
     """The place of a panel in its figure."""
 
     box: tuple  # (left, upper, right, lower), relative to the figure
-    legend: tuple | None  # the place of its legend, or None
     has_axes: bool  # False for a picture, which is shown whole
-    centre: float = MIDDLE
 
 
 def setup(app):
-    app.connect("builder-inited", cut_thumbnails, priority=900)  # after sphinx-gallery
+    app.connect("builder-inited", save_thumbnails, priority=900)  # after sphinx-gallery
 
 
 def scraper(block, block_vars, gallery_conf):
-    """Remember the panel of an example's first figure, which the next scrapers save."""
+    """Draw the thumbnail of an example's first figure, which the next scrapers save."""
     paths = block_vars["image_path_iterator"]
     numbers = plt.get_fignums()
     shown = figure_of(block_vars["example_globals"].get(LAST))
     figure = plt.figure(numbers[0]) if numbers else shown
     if len(paths) == 0 and figure is not None:
-        file = Path(paths.image_path.format(1))
         example = Path(block_vars["src_file"]).stem
-        centre = CENTRES.get(example, MIDDLE)
-        panels[file] = replace(find_panel(figure, PANELS.get(example)), centre=centre)
+        looks = PANELS.get(example), CENTRES.get(example, MIDDLE)
+        thumbnails[Path(paths.image_path.format(1))] = draw_thumbnail(figure, *looks)
     return ""
+
+
+def draw_thumbnail(figure, number=None, centre=MIDDLE):
+    """Return the thumbnail of the numbered panel, or of the last one among the largest."""
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    for legend in legends:
+        legend.set_visible(False)
+    panel, file = find_panel(figure, number), BytesIO()
+    figure.savefig(file, format="png", dpi=figure.dpi)
+    for legend in legends:
+        legend.set_visible(True)
+    return cut(Image.open(file).convert("RGB"), panel, centre)
 
 
 def find_panel(figure, number=None):
@@ -58,38 +67,29 @@ def find_panel(figure, number=None):
     areas = [axes.get_window_extent() for axes in figure.axes]
     if number is None:
         number = max(range(len(areas)), key=lambda i: (round(area_of(areas[i]), -3), i))
-    axes, legend = figure.axes[number], figure.axes[number].get_legend()
-
-    def place(box):
-        return (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
-
-    return Panel(place(areas[number]), legend and place(legend.get_window_extent()), axes.axison)
+    box = areas[number]
+    place = (box.x0 / width, 1 - box.y1 / height, box.x1 / width, 1 - box.y0 / height)
+    return Panel(place, figure.axes[number].axison)
 
 
 def area_of(box):
     return box.width * box.height
 
 
-def cut_thumbnails(app):
-    for file, panel in panels.items():
+def save_thumbnails(app):
+    for file, thumbnail in thumbnails.items():
         if file.exists():
             name = file.name.replace("_001.png", "_thumb.png")
-            cut(Image.open(file).convert("RGB"), panel).save(file.parent / "thumb" / name)
+            thumbnail.save(file.parent / "thumb" / name)
 
 
-def cut(image, panel):
+def cut(image, panel, centre):
     """Return a panel in the size of a thumbnail.
 
-    A chart fills the thumbnail and is cut about `panel.centre`. A picture is shown whole.
+    A chart fills the thumbnail and is cut about `centre`. A picture is shown whole.
     """
-
-    def to_pixels(place):
-        return tuple(round(x * size) for x, size in zip(place, 2 * image.size, strict=True))
-
-    if panel.has_axes and panel.legend:
-        image = image.copy()
-        image.paste("white", to_pixels(panel.legend))
-    shown = image.crop(to_pixels(panel.box))
+    box = tuple(round(x * size) for x, size in zip(panel.box, 2 * image.size, strict=True))
+    shown = image.crop(box)
     if panel.has_axes:
-        return ImageOps.fit(shown, SIZE, centering=(panel.centre, MIDDLE))
+        return ImageOps.fit(shown, SIZE, centering=(centre, MIDDLE))
     return ImageOps.pad(shown, SIZE, color="white")

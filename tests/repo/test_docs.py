@@ -1,6 +1,5 @@
 """Tests of the site that work without building the site; `make docs` builds it."""
 
-import io
 import re
 import sys
 
@@ -8,7 +7,6 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from PIL import Image
 from toolbox import CSRC, ROOT, run
 
 sys.path.insert(0, str(ROOT / "docs"))
@@ -191,13 +189,10 @@ def test_signatures_have_the_types_that_the_sources_name():
     assert "kwargs" not in text and "_" not in result
 
 
-def cut_thumbnail(figure):
+def draw_thumbnail(figure):
     """Return the thumbnail of a figure, and close the figure."""
-    panel = thumbnails.find_panel(figure)
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
+    picture = thumbnails.draw_thumbnail(figure)
     plt.close(figure)
-    picture = thumbnails.cut(Image.open(file).convert("RGB"), panel)
     assert picture.size == thumbnails.SIZE
     return picture
 
@@ -206,7 +201,7 @@ def test_a_thumbnail_is_one_panel_of_its_figure():
     figure, panels = plt.subplots(1, 2, figsize=(8, 4))
     panels[0].set_facecolor("red")
     panels[1].set_facecolor("lime")
-    picture = cut_thumbnail(figure)
+    picture = draw_thumbnail(figure)
     colours = {picture.getpixel((x, y)) for x in (5, 200, 395) for y in (5, 140, 275)}
     assert colours == {(0, 255, 0)}
 
@@ -216,6 +211,6 @@ def test_a_thumbnail_has_no_legend():
     axes.axis((0, 1, 0, 1))
     axes.set(xticks=[], yticks=[])
     axes.legend([axes.plot([2], [2], label="a name")[0]], ["a name"], frameon=False)
-    assert {colour for _, colour in cut_thumbnail(figure).crop((50, 50, 350, 230)).getcolors()} == {
-        (255, 255, 255)
-    }
+    assert {
+        colour for _, colour in draw_thumbnail(figure).crop((50, 50, 350, 230)).getcolors()
+    } == {(255, 255, 255)}
