@@ -471,9 +471,10 @@ enum {
 /* clang-format on */
 /* Returns the number of columns of the tangents selected by these flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the digits
- * that doubles cannot store to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
- * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the low
+ * words, which hold the digits beyond double precision, to `low`; `low` may be NULL. Returns
+ * KR_ERR_ARGUMENT for a top without tangents, and KR_ERR_TANGENT if a tangent exceeds the range of
+ * doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the relative truncation error of the tangents: the largest ratio so far of
  * the last term of a tangent's series to the size of the tangent. The steps are chosen without

@@ -7,7 +7,7 @@
 #include "scaling.h"
 
 /* Returns the closed form of a Lagrange top, in internal units. An axial rotor only adds a constant
- * rate to the rotation about the axis. `half_turn` is half of the constant rate. */
+ * rate to the rotation about the axis. `half_turn` is half of this rate. */
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;

@@ -34,7 +34,7 @@ typedef struct kr_angle_series {
  * the cosine and of the sine of one multiple of the second angle. These multiples are `from`, from
  * + 1, ... */
 typedef struct kr_heading_row {
-    int first, from, count; /* `first` is the index of the multiple; some have no row */
+    int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
 /* A term of the heading whose frequency is nearly zero. Such a term is integrated from the start,
  * because its coefficient in the series would be very large. */

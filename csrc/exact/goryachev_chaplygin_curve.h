@@ -175,7 +175,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* The samples of the integrands on one arc, and their sums. */
+/* Samples of the integrands on one arc, and their sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -220,7 +220,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the sum of one sine series of an arc, number `which`. */
+/* Returns the sum of the sine series of an arc with index `which`. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

@@ -216,8 +216,8 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Computes how small the coefficients are in the last eighth along each axis, relative to the
- * largest coefficient. */
+/* Computes the size of the coefficients in the last eighth along each axis, relative to the largest
+ * coefficient. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -236,8 +236,8 @@ static int has_room(const int M[2], int j)
 {
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
-/* Doubles the grid until the last coefficients are as small as rounding errors, or no room is left.
- * Returns the relative size of the last coefficients. */
+/* Doubles the grid until the last coefficients are as small as rounding errors, or until no room is
+ * left. Returns the relative size of the last coefficients. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -261,8 +261,8 @@ typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;
 
-/* Appends a slow term: that of the sum of the multiples if `way` is 1, that of the difference if
- * `way` is -1. Returns 0 if there is no room. */
+/* Appends the slow term of the sum of the multiples (`way` 1) or of their difference (`way` -1).
+ * Returns 0 if there is no room. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {

@@ -1,5 +1,5 @@
 /* The state of a Goryachev-Chaplygin top at time t, from its plan. The same kernel evaluates one
- * time, or one time in each lane. A time gives bitwise equal results in a lane and alone.
+ * time, or one time in each lane. Results in a lane and for a single time are bitwise equal.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -121,8 +121,9 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
 /* Returns the slip, which is the difference between tau and its mean growth. `half` contains half
  * of each mean angle. The first steps of Newton's method use the first terms of the series only.
  * The later steps are confined to a bracket, which exists because t grows monotonically with tau. A
- * step that is not at most half of the last step is replaced by bisection, because Newton's method
- * can alternate between two points on both sides of the solution. Writes the true angles to `a`. */
+ * Newton step is replaced by bisection unless it is at most half as long as the previous step,
+ * because Newton's method can alternate between two points on either side of the solution. Writes
+ * the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -150,7 +151,7 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
     return slip;
 }
-/* Cosine and sine of multiple k of the second angle, at the indices 2 k and 2 k + 1. */
+/* cos(k a) and sin(k a) of the second angle a, at indices 2k and 2k + 1. */
 typedef struct heading_waves {
     wide w[2 * HEADING_WIDE];
 } heading_waves;
@@ -250,7 +251,7 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     return sum;
 }
 /* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
- * growth of tau since the start. The frame of the plan makes it a state of the frame of
+ * growth of tau since the start. The frame of the plan transforms it to the frame of
  * description. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)

@@ -22,7 +22,7 @@ typedef struct kr_sum_row {
 typedef struct kr_theta_sums {
     kr_kowalewski head;
     kr_torus torus;  /* its phases are theta1/2, theta2/2 and the phase of e */
-    int dual;        /* 1 for the dual sums of kowalewski_dual.h */
+    int dual;        /* 1 if the sums are the dual sums of kowalewski_dual.h */
     int wide[2];     /* the largest |k1| and |k2| */
     double bend[3];  /* of dual sums: the elements of 2 pi^2 B^-1 */
     double twist[2]; /* of dual sums: turns of e for half a turn of each angle */

@@ -42,7 +42,7 @@ typedef struct kowalewski_arc {
     int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
     dd p, q, pole;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
     int points;           /* number of intervals used */
-    double sine[2][GRID]; /* this arc's shares of theta1 - x1 and theta2 - x2 */
+    double sine[2][GRID]; /* contributions of this arc to theta1 - x1 and theta2 - x2 */
 } kowalewski_arc;
 
 /* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
@@ -134,7 +134,7 @@ static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
  * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
 typedef struct close_roots {
-    int apply; /* 1 if fewer digits cancel here than in a - e */
+    int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
     double resolution;
 } close_roots;
@@ -200,8 +200,8 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
 /* Solves the equations of separate by iteration from approximate gaps. `product` has (k - w1)(k -
- * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The equations are used in
- * the order in which an error of `below` decreases fastest. */
+ * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The order of the
+ * equations is the one in which an error of `below` decreases fastest. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -411,8 +411,8 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
 /* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
- * exchanges values instead of pointers. gcc 12.2 at -O1 reads the wrong variable through a pointer
- * that may point to either of two. */
+ * exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable through a
+ * pointer to one of two variables. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -430,7 +430,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Replaces sine and cosine of x by those of the arc's variable, as the inverse of unfold. */
+/* Replaces sine and cosine of x by those of the arc's variable. This is the inverse of unfold. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

@@ -4,8 +4,8 @@
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
  *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
- * A path leads from a root at x = 0 towards another root at x = pi. On a path w = N/D as on the
- * arcs, but the coefficients are complex, so a path is part of a circle or of a line.
+ * A path leads from a root at x = 0 towards another root at x = pi. As on the arcs, w = N/D, but
+ * the coefficients are complex. A path is therefore part of a circle or of a line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -56,7 +56,7 @@ static void finish_path(kowalewski_path *p, double end)
     }
     p->near_d = nearest_on_segment(p->C, p->E);
 }
-/* Returns the path from root i to root j with these coefficients C and E. */
+/* Returns the path from root i to root j with the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E};

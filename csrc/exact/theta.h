@@ -13,8 +13,8 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative distances. The first step after they have fallen below 1e-8 is
- * therefore the last one, and can be computed in doubles. */
+ * Every step squares the relative distances. The first step after the distances fall below 1e-8 is
+ * therefore the last one, and doubles suffice for it. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -157,7 +157,7 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j, whose coefficients after the j-th are zero. */
+/* Adds `weight` times row j of a table. The coefficients after the j-th are zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];

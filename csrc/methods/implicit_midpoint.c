@@ -23,8 +23,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
-/* Returns the attempted step with the guess V. M and P are the momentum and the vertical at the
- * start of the step, seen from the body. */
+/* Evaluates a trial step with the guess V of the angular velocity. M and P are the momentum and the
+ * vertical at the start of the step, seen from the body. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};

@@ -17,8 +17,8 @@
 /* The interval in which a limit is reached is halved until its length is this fraction of the
  * step. */
 #define NARROW_PART 0x1p-30
-/* Larger friction would overflow. It would stop the top in the same time, which is too short for
- * doubles to resolve. */
+/* Larger friction would overflow. At this limit, friction already stops the top in a time too short
+ * for doubles to resolve. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
