@@ -1,7 +1,7 @@
 /* Conversion between the user's units and internal units for tops with more than 16 digits. (For
- * other tops see top.c.) The user's numbers are taken as exact. The attitude and the axes are
- * normalized once, in double-double. The working axes are the principal axes, so that the moments
- * need no change of axes. */
+ * other tops see top.c.) The user's numbers are treated as exact. The attitude and the axes are
+ * normalized once, in double-double. The working axes are the principal axes, so the moments need
+ * no conversion. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,7 +10,7 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the change of q* m q, in body axes of any length, by the low words of q and m. */
+/* Returns the change of q* m q due to the low words of q and m; q may have any length. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -83,7 +83,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Stores the states of a top that were computed in place. */
+/* Stores the states of a top that were computed directly in the output array. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

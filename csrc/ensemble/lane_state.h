@@ -50,7 +50,7 @@ typedef struct kr_lanes {
      * axes of the lane, and the momentum for W = 1 along each axis. */
     kr_lane_quaternion axes;
     kr_lane_vector moment;
-    kr_lane_quaternion out_q; /* result of `sample`: the user's q and m */
+    kr_lane_quaternion out_q; /* result of `sample`: q and m in the user's frame and units */
     kr_lane_vector out_m;
     int order, skip_heading;
     double log2_tol;

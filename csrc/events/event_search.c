@@ -1,7 +1,7 @@
 /* Advances a top from event to event. Each step is first computed as if there were no events, and
  * then searched for them. Events therefore never change the path. Each event stores its next sign
- * change in the last step. When the top has passed this sign change, the search continues after the
- * sign change. */
+ * change in the last step. When the top has passed this sign change, the search continues from
+ * there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
@@ -166,7 +166,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
         if (found.index >= 0 ||
             !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
             break;
-        status = kr_steps_dense(top, top->forward * INFINITY); /* an event may come before t */
+        status = kr_steps_dense(top, top->forward * INFINITY); /* an event may occur before t */
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;

@@ -51,8 +51,7 @@ enum {
 };
 /* The queue of tops that wait until GROUPS vectors are full. */
 typedef struct batch_queue {
-    int count, turned[2]; /* number of tops; 1 if the rotations at AXES and at AXES + 4 are not all
-                           * the identity */
+    int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];

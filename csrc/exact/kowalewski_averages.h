@@ -15,8 +15,7 @@
 typedef struct heading_pole {
     dd a, b, value; /* g, or 0 if the pole is not treated separately */
     double whole;   /* the average in closed form: 1/2 or -1/2, or 0 */
-    int close;      /* 1 if the pole is so near the arc's end that the quotient there is
-                     * inaccurate */
+    int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
 /* Returns root i minus the pole w, to full precision even if the difference is small. */

@@ -179,7 +179,7 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* The distances of w1 from k and from the lower end of its arc, and of w2 from the end of its arc. */
+/* Distances of w1 from k and from the lower end of its arc, and of w2 from the end of its arc. */
 typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;

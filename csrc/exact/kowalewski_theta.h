@@ -51,8 +51,7 @@ typedef struct theta_work {
     double constant[SUMS][CLASSES];
     cx wave[2][2 * WIDE_MOST + 1];
     torus_sample sample[SAMPLES];
-    cx column[SAMPLES][2][CLASSES]; /* sums over the terms of each class, for two sums at each
-                                     * sample */
+    cx column[SAMPLES][2][CLASSES]; /* sums over a class, for two sums at each sample */
     lsq lsq;
 } theta_work;
 

@@ -16,7 +16,7 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* An attempted step with a guess V. */
+/* A trial step with a guess V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */

@@ -21,7 +21,7 @@ typedef struct splitting {
     double round;    /* step / I_B */
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
     double s, steps; /* Lagrange tops: half the rotation about T in a step; steps made */
-    kr_vec3 rotor;   /* half the rotation about each axis in a step that is due to the rotor */
+    kr_vec3 rotor;   /* half of the rotation about each axis in a step due to the rotor */
     double gyrostat; /* nonzero if `rotor` is not zero */
 } splitting;
 

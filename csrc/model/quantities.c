@@ -203,8 +203,7 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin of the size of a rounding error counts as zero, so friction holds the top if it
-     * can. */
+    /* A spin as small as a rounding error counts as zero. Friction then holds the top if it can. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }
@@ -222,7 +221,7 @@ kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
     if (scene->friction > 0.0) gain = add_friction(scene, V, gain);
     return q_turn(scene->body.axes, gain);
 }
-/* Returns the kinetic energy in the space at rest. */
+/* Returns the kinetic energy in the inertial frame. */
 static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
@@ -233,7 +232,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* Maps do not apply to tops on moving supports. */
+    /* The map does not apply to tops on moving supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +

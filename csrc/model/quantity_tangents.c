@@ -43,7 +43,7 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in space of a vector v that changes by dv in the body. */
+/* Returns the change in space of a vector v whose change in the body is dv. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {

@@ -129,8 +129,8 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 
 /* series.h is written with the names of quat_simd.h: duo, quad, and their functions. From here on
  * the preprocessor replaces these names by those for double-double, so that series.h, included
- * after this file, is the same recurrence in double-double. A list macro cannot write these lines,
- * because no macro can define another. Loops are not unrolled, because their bodies are too
+ * after this file, is the same recurrence in double-double. A list macro cannot generate these
+ * lines, because a macro cannot define macros. Loops are not unrolled, because their bodies are too
  * long. */
 #undef UNROLL
 #define UNROLL

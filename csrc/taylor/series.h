@@ -12,22 +12,22 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form omits the attitude, whose lanes are zero. Motions with damping have their own
- * expansion, so that other motions do not pay for it. */
+/* The variant without the heading (headless) omits the attitude, whose lanes are zero. Motions with
+ * damping have an expansion of their own, so that damping costs other motions nothing. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* W is permuted in both forms, P in the headless form only. The vectors of one order are adjacent
- * in memory, so that one instruction can load both. */
+/* W is permuted in both variants, P in the headless variant only. The vectors of one order are
+ * adjacent in memory, so that one instruction can load both. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
-    duo i, j, k; /* of W_j x_m for each axis; the headless form uses p instead */
+    duo i, j, k; /* of W_j x_m for each axis; the headless variant uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } series_sums;
@@ -130,7 +130,7 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
                                     linear_terms linear)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* The place in which P_n is stored depends on the form. */
+    /* The place in which P_n is stored depends on the variant. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));

@@ -33,8 +33,8 @@ enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
 typedef struct slow_axes {
     int is_slow[3], has_rotor;
     double rate, fall;
-    /* The angular velocities about the slow axes, for torques that alone would give one of them the
-     * value 1. A rotor couples the axes. */
+    /* The response of the angular velocities about the slow axes to a torque. Each torque is such
+     * that without the rotor, which couples the axes, its angular velocity would be 1. */
     double gain[3][3];
 } slow_axes;
 
@@ -48,9 +48,9 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? 0.0 : s->shift[i] * w[j]) +
                       (slow->is_slow[k] ? 0.0 : s->shift[i + 4] * w[k]));
 }
-/* Returns the size of the angular velocity about a slow axis, as determined by the torques about
- * the slow axes. The product of the velocities about two slow axes is left out, because it is
- * smaller than both. */
+/* Returns the size of the angular velocity about a slow axis, computed from the torques about the
+ * slow axes. The product of the velocities about two slow axes is left out, because it is smaller
+ * than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;

@@ -27,8 +27,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Changes W_n of the slow axes so that they follow their torques. `follows` are the torques over the
- * damping, with the rotor's torque for the present W_n. */
+/* Sets W_n of the slow axes to the values that their torques determine. `follows` are the torques
+ * over the damping, with the rotor's torque for the present W_n. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {

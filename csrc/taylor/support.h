@@ -140,7 +140,7 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Permutes coefficient n of P, which the headless form needs. */
+/* Permutes coefficient n of P, as the headless variant needs it. */
 INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
     of[n].p = duo_prev_next(quad_load(s->x[n] + 4));

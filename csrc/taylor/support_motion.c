@@ -1,8 +1,8 @@
-/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps.
- * A step begins with the position of the support at its time. With friction, the spin of a top that
+/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps. A
+ * step begins with the position of the support at its time. With friction, the spin of a top that
  * slides, and the torque that holds a top, are polynomials on the step. If one of them reaches its
- * limit, the step ends there. The time of the end is found to rounding errors, in double-double for
- * more than 16 digits. */
+ * limit, the step ends there. The time of the end is accurate up to rounding errors, in
+ * double-double for more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -261,7 +261,7 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    /* The memory may contain values of another top. */
+    /* The memory may still contain values of another top. */
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].sway, 0, 2 * sizeof *s->sway);

@@ -33,9 +33,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which precede the single deviations in memory. A deviation has
- * bitwise equal results in a batch and by itself, so a small build has no batches. Tops on moving
- * supports have no batches, either. */
+/* Returns the number of batches, which precede the single deviations in memory. Results for a
+ * deviation in a batch and for a single deviation are bitwise equal, so a small build has no
+ * batches. Tops on moving supports have no batches, either. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -461,8 +461,8 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
                                     first[i * words].at);
 }
 /* Returns the change of the momentum in space, given by its components in the body. Up to 16 digits
- * the rotation is in doubles, as for the state. In double-double it would take most of the time of
- * an output. */
+ * the rotation is in doubles, as for the state. In double-double it would dominate the time of an
+ * output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

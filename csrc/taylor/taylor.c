@@ -53,7 +53,7 @@ const kr_isa *kr_taylor_isa(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns log2 of the tolerance of a step. Doubles give 16 digits; the tolerances for 20 and 30
- * digits were found by measurements with validation/studies/taylor_kernel_study.py depth. */
+ * digits were measured with validation/studies/taylor_kernel_study.py depth. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
@@ -63,7 +63,7 @@ static double log2_tolerance(const kr_motion *motion)
 /* Returns the kernel whose order is fastest for this tolerance, and lowers the tolerance to the
  * target of its steps. If the last terms are equal, a higher order leaves a larger error. The
  * target of a higher order is therefore lower, but not below the rounding error. Orders and targets
- * were found by measurements with validation/studies/taylor_kernel_study.py orders. */
+ * were measured with validation/studies/taylor_kernel_study.py orders. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -107,8 +107,8 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[1].shift[lane] = shift.lo;
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. If two moments are equal, there
- * is no product of their angular velocities. A factor LEAST_FACTOR adds one that is below the last
- * digit, so that the rotor can change it. */
+ * is no product of their angular velocities. The factor LEAST_FACTOR then adds a product that is
+ * below the last digit, which the rotor's term can modify. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];

@@ -34,7 +34,7 @@ kr_box kr_mesh_box(const kr_body *body);
  * momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
  * loss of potential energy, with the largest moment I. The scale of the angular velocity is the
  * bound of |m| - |rotor| divided by I, plus the rate of the support, but at least the initial
- * value. Energies are computed in the space at rest. A scale that would be zero, as for a top that
+ * value. Energies are computed in the inertial frame. A scale that would be zero, as for a top that
  * cannot move, is 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with this radius. Older points are up to 2 % nearer the
