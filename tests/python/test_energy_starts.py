@@ -241,7 +241,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     middles, reach = whole.middles()
     corners = np.stack(
         [
-            starts._verticals(whole.height + a * whole.tall, whole.angle + b * whole.wide)
+            starts._points_on_sphere(whole.height + a * whole.tall, whole.angle + b * whole.wide)
             for a, b in itertools.product((0.0, 0.5, 1.0), repeat=2)
         ]
     )

@@ -149,7 +149,9 @@ def test_fits_on_moving_supports(words, start, free):
 def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
     table = HEAVY.replace(turning=(0.0, 0.0, 2.0))
     t = np.linspace(0.0, 3.0, 150)
-    at_rest = HEAVY.replace(momentum=table.momentum)  # the same motion, seen from the space at rest
+    at_rest = HEAVY.replace(
+        momentum=table.momentum
+    )  # the same motion, seen from the inertial frame
     noise = SIGMA * np.random.default_rng(7).normal(size=(150, 3))
     values = kr.solve(at_rest, t).body_velocity + noise
     guess, free = GUESS.replace(turning=(0.0, 0.0, 2.0)), ("start", "moments", "com")

@@ -125,7 +125,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Time all finished runs, one after another, and return their times [s]."""
+        """Repeat every run that did not fail, one after another, and return the run times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows

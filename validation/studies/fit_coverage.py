@@ -125,7 +125,10 @@ def two_clocks(rng):
 
 
 def environment_case(records, truth, free, measure, **start):
-    """Return a case of a heavy top whose friction or support is free and begins with `start`."""
+    """Return a case that fits the friction or the motion of the support of a heavy top.
+
+    The search begins with the values `start`.
+    """
 
     def compare(scene):
         return np.concatenate((heavy_ratios(scene), measure(scene)))

@@ -171,8 +171,8 @@ def compare(
 ) -> Table:
     """Measure error and run time of methods on one scene.
 
-    The repeats of the methods are interleaved, so that a disturbance of the machine affects all
-    methods in the same way.
+    The repeats of the methods are interleaved, so that other load on the machine affects all
+    methods alike.
 
     t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
               number compares only the end; numpy.linspace(0, 10, 101) compares the whole path

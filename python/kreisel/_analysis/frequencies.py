@@ -73,7 +73,7 @@ class Frequencies(ReadOnlyArrays):
     rest        root mean square of the difference between apex_x + i apex_y and this sum, divided
                 by the root mean square of apex_x + i apex_y. `rest` is at rounding level if the
                 motion is regular and the path is long, and large if the motion is chaotic. `rest`
-                does not measure errors of precession, nutation and spin
+                does not measure the errors of precession, nutation and spin
     exact       True if precession, nutation and spin come from the closed form
     """
 
@@ -119,11 +119,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
     motion is on a torus. Near a pole, their precession is not a sum of integer multiples of
-    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two
-    lines are resolved if they differ by more than 23 turns over the length of the path. The path
-    should contain many nutations, and more than two states in each turn of the fastest angle. If
-    the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
-    computed until the turns can be counted.
+    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two lines
+    are resolved if they differ by more than 23 turns over the length of the path. The path should
+    contain many nutations, and more than two states in each turn of the fastest angle. If the
+    motion is regular, a rate is as accurate as the path. If the axis passes near a pole, additional
+    states are computed until its turns can be counted.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
     they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
@@ -182,7 +182,7 @@ def _refuse_support(scene: Scene) -> None:
 
 
 def _see_from_rest(path: Path, turning: float) -> Path:
-    """Return the path of a top on a support that turns about e3, seen from the space at rest."""
+    """Return the path of a top on a support that turns about e3, seen from the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T

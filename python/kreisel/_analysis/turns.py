@@ -108,7 +108,10 @@ def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
     """
     axis, velocity = along @ path.frame, path.velocity
     return Motion(
-        *_project(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis)
+        *_horizontal_components(axis, velocity, up, east),
+        axis @ up,
+        velocity @ up,
+        _dot(velocity, axis),
     )
 
 
@@ -194,7 +197,7 @@ def _spin_angles(
 
 
 def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
-    """Compare arcs with their chords, in the frame at rest and in one that turns with the arc."""
+    """Compare arcs with their chords, in the given frame and in one that turns with the arc."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
@@ -265,12 +268,15 @@ def _compute_ahead(
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _project(axis, came.velocity, up, east)
+    z, rate = _horizontal_components(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _project(axis: Array, velocity: Array, up: Array, east: Array) -> tuple[Waves, Waves]:
+def _horizontal_components(
+    axis: Array, velocity: Array, up: Array, east: Array
+) -> tuple[Waves, Waves]:
+    """Return the horizontal part of an axis as complex numbers, and its derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
 

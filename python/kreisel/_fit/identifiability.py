@@ -1,8 +1,8 @@
 """Directions of the parameters along which no residual changes, and their names.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
-blind directions of a fit are compared with all generators. The remaining ones are described by
-their largest components.
+blind directions of a fit are compared with all generators. Those that match no generator are
+described by their largest components.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _generate(p: Parameters, sentence: str, blocks: Blocks) -> Iterator[tuple[st
     yield sentence, change
 
 
-def _project(columns: Array, values: Array) -> Array:
+def _average_equal_moments(columns: Array, values: Array) -> Array:
     """Return the coordinates of three numbers in groups of equal ones."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
@@ -99,10 +99,10 @@ def _has_torque(point: Point) -> bool:
 
 def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     own = _list_factors_of_torque(p, point)
-    size: dict[str, Array] = {"moments": _project(p.moments, point.densities)}
+    size: dict[str, Array] = {"moments": _average_equal_moments(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.has("damping") or not point.damping.any()
     if p.has("damping"):
-        size["damping"] = _project(p.damping, point.damping)
+        size["damping"] = _average_equal_moments(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
         if p.has(name):
             size[name] = value
@@ -165,12 +165,14 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _generate(p, sentence, heavier)
     if p.has("damping"):
-        drag = _project(p.damping, point.damping * unit)
+        drag = _average_equal_moments(p.damping, point.damping * unit)
         yield from _generate(p, sentence, {**spin, "damping": drag})
         yield from _generate(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
-    yield from _generate(p, sentence, {"damping": _project(p.damping, np.roll(across, k))})
+    yield from _generate(
+        p, sentence, {"damping": _average_equal_moments(p.damping, np.roll(across, k))}
+    )
 
 
 def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:

@@ -101,14 +101,14 @@ class Motion:
     def predict(self, name: str, place: Array | None = None) -> Prediction:
         """Return a quantity; `place` is the position of the accelerometer, for specific_force."""
         if name == INERTIAL_VELOCITY.name:
-            return self._describe(self._predict_inertial_velocity())
+            return self._to_frame_of_description(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
         made = self._call_core(name)
-        return self._describe(made) if name in SEEN_FROM_BODY else made
+        return self._to_frame_of_description(made) if name in SEEN_FROM_BODY else made
 
     def _call_core(self, name: str) -> Prediction:
         n = len(self.states)
@@ -145,7 +145,7 @@ class Motion:
         made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
         return made
 
-    def _describe(self, seen: Prediction) -> Prediction:
+    def _to_frame_of_description(self, seen: Prediction) -> Prediction:
         """Return a vector seen from the frame of description instead of the principal axes."""
         if self._is_described_in_principal_axes:
             return seen
@@ -157,9 +157,9 @@ class Motion:
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the place r, with the vertical V."""
-        change = self._describe(self._predict_inertial_acceleration())
-        rate = self._describe(self._predict_inertial_velocity())
-        up = self._describe(self._call_core("body_vertical"))
+        change = self._to_frame_of_description(self._predict_inertial_acceleration())
+        rate = self._to_frame_of_description(self._predict_inertial_velocity())
+        up = self._to_frame_of_description(self._call_core("body_vertical"))
         t = self.origin + self.states[:, 0]
         weight = self.point.weigh(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
@@ -210,7 +210,7 @@ class Motion:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the space at rest, seen from the principal axes."""
+        """Return the angular velocity in the inertial frame, seen from the principal axes."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative

@@ -203,7 +203,7 @@ class Batch(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        varying = [_describe(word) for word in self._varying_parameters()]
+        varying = [_format_range(word) for word in self._varying_parameters()]
         dims = len(self.shape)
         varying = varying or [
             name for name, held in self._columns.items() if any(held.strides[:dims])
@@ -211,7 +211,7 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, with broadcast dimensions reduced to one entry."""
+        """Return the state for pickling, in which broadcast dimensions have a single entry."""
         held = memoize_by_buffer(lambda column: drop_broadcast(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
@@ -235,7 +235,7 @@ class Batch(Generic[_M]):
         )
 
 
-def _describe(word: Parameter) -> str:
+def _format_range(word: Parameter) -> str:
     """Describe a parameter that varies: its name and, for a scalar, its least and largest value."""
     if word.value or not word.values.size:
         return word.name

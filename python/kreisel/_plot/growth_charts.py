@@ -91,7 +91,7 @@ def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) 
     """Draw the values at the last time over two parameters, with a dot at each doubtful top."""
     chart = new_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]
-    (up_name, up), (along_name, along) = (_coordinate(tops, d) for d in (0, 1))
+    (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
     if indicator.name != "lyapunov":
         seen = np.where(values > 1.0, values, np.nan)
@@ -117,7 +117,7 @@ def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) 
     return chart
 
 
-def _coordinate(tops: Ensemble, dimension: int) -> tuple[str, Array]:
+def _axis_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
     """Return the name of a dimension and its values, or indices if there is no monotonic value."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)

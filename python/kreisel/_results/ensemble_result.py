@@ -266,7 +266,7 @@ class EnsembleResult(ReadOnlyArrays):
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
-        return type(self)(self.tops[key], t, self._options, self._buffers.select(which))
+        return type(self)(self.tops[key], t, self._options, self._buffers.select_rows(which))
 
     def __iter__(self) -> Iterator[Any]:
         """Return an iterator over the results along the first dimension."""

@@ -172,7 +172,7 @@ class ExactEnsemble:
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
-    def _heads(self) -> Array:
+    def _frequencies_and_certificates(self) -> Array:
         """Frequencies, certificate and mismatch as an array (n, 5)."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
@@ -212,17 +212,17 @@ class ExactEnsemble:
     @property
     def frequencies(self) -> Array:
         """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [T^-1]."""
-        return read_only(self._heads[:, :3].reshape(*self.tops.shape, 3))
+        return read_only(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
 
     @property
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._reshape(self._heads[:, 3])
+        return self._reshape(self._frequencies_and_certificates[:, 3])
 
     @property
     def mismatch(self) -> Array:
         """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._reshape(self._heads[:, 4])
+        return self._reshape(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:
@@ -274,14 +274,16 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
         raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
     forms = ExactEnsemble(tops, word)
-    _ = forms._heads  # many motions of these tops are refused, so they are checked at once
+    _ = (
+        forms._frequencies_and_certificates
+    )  # many motions of these tops are refused, so they are checked at once
     return forms
 
 
 def refuse_turning(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a support that turns about e3.
 
-    Its states have a closed form, but turning points and rates refer to the space at rest.
+    Its states have a closed form, but turning points and rates refer to the inertial frame.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():

@@ -67,7 +67,7 @@ _IN_BODY = {"body_momentum", "body_velocity"}
 _UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
 
 
-class _Present(NamedTuple):
+class _PresentState(NamedTuple):
     """The motion of a run, its present state as a scene, and the low words (8,) of this state."""
 
     motion: Motion
@@ -148,7 +148,7 @@ class Run:
                 return path
         times = self._times(t, every)
         if times.size:
-            self._check(times)
+            self._check_times(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
@@ -204,7 +204,7 @@ class Run:
             if path is not None:
                 yield path
                 continue
-            self._check(chunk)
+            self._check_times(chunk)
             status, path = self._record(chunk, progress)
             path = drop_unwanted(path, self.want, float(chunk[-1]))
             if status != "OK":
@@ -222,7 +222,8 @@ class Run:
             return times[np.abs(times) > abs(self.t)]
         return np.array([self.t, times[-1]])
 
-    def _check(self, times: Array) -> None:
+    def _check_times(self, times: Array) -> None:
+        """Check that the times continue the run and lie within the horizon."""
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
@@ -266,7 +267,7 @@ class Run:
         jolt = as_vector("impulse", impulse)
         if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
-        now = self._present()
+        now = self._present_state()
         momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
         self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
@@ -306,7 +307,7 @@ class Run:
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
         if self._options.can_skip_heading and not is_free:
             raise ValueError(_no_heading_message("a reset of a part of the state"))
-        now = self._present()
+        now = self._present_state()
         if turned:
             now.low[1:5] = 0.0
         none = (0.0, 0.0, 0.0) if moved else None
@@ -343,7 +344,7 @@ class Run:
             raise TypeError(f"change needs a body, {', '.join(around._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        now, low = self._present(), None
+        now, low = self._present_state(), None
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
@@ -351,15 +352,15 @@ class Run:
             scene = scene.replace(momentum=momentum)
         self._restart(now, scene, momentum_low=low)
 
-    def _present(self) -> _Present:
+    def _present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call advances the run."""
         motion = self._top
         state, low = motion.state()
         t, *numbers = state.tolist()
         scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
-        return _Present(motion, scene, t, low)
+        return _PresentState(motion, scene, t, low)
 
-    def _restart(self, now: _Present, scene: Scene, momentum_low: Vector | None) -> None:
+    def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Replace the motion by one that starts from `scene` at the time of `now`.
 
         The low words of the start are those of `now`, except `momentum_low` if it is not None.
