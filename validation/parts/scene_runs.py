@@ -134,7 +134,7 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return True if tighter settings would take too long or not reduce the error."""
+    """Return True if tighter settings would take too long or would not reduce the error."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
