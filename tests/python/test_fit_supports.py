@@ -222,7 +222,7 @@ def test_gaps_between_pieces_have_right_derivatives(words):
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.start_along(parameters.start)
+    pieces = model.start_on_motion_of(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
     natural = np.minimum(model.natural_sizes(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural

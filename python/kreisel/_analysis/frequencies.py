@@ -163,7 +163,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
-    path = _see_from_rest(path, turning) if turning else path
+    path = _to_inertial_frame(path, turning) if turning else path
     rates = _compute_exact_rates(exact(path.scene)) if path.method == EXACT else None
     precession, nutation, spin = _compute_rates(path) if rates is None else rates
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
@@ -181,7 +181,7 @@ def _refuse_support(scene: Scene) -> None:
     )
 
 
-def _see_from_rest(path: Path, turning: float) -> Path:
+def _to_inertial_frame(path: Path, turning: float) -> Path:
     """Return the path of a top on a support that turns about e3, seen from the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
@@ -202,8 +202,8 @@ def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
 def _compute_rates(path: Path) -> tuple[float, float, float]:
     """Compute the rates of precession, nutation and spin from the states of a path."""
     t, (up, along) = path.t, _choose_reference_axes(path)
-    principal, east = path.frame, _perpendicular(up)
-    axis, first = along @ principal, _perpendicular(along) @ principal
+    principal, east = path.frame, _perpendicular_unit_vector(up)
+    axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
     motion = compute_motion(path, up, along, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
@@ -288,7 +288,7 @@ def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
     return path.m[0] / (np.linalg.norm(path.m[0]) or 1.0), axis
 
 
-def _perpendicular(v: Array) -> Array:
+def _perpendicular_unit_vector(v: Array) -> Array:
     """Return a unit vector that is perpendicular to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))

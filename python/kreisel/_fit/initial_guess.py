@@ -75,7 +75,7 @@ class _Solution(NamedTuple):
     friction: float
 
 
-class _Losses(NamedTuple):
+class _EnergyLosses(NamedTuple):
     """The losses of energy that the linear equations take into account."""
 
     is_damped: bool
@@ -105,7 +105,7 @@ def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionD
     is_rubbed = part.source != "space" and (parameters.has("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_before_stop(part, axis)
-    losses = _Losses(parameters.has("damping"), is_rubbed)
+    losses = _EnergyLosses(parameters.has("damping"), is_rubbed)
     solution = _solve_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
@@ -212,7 +212,7 @@ def _start_at_zero(
 
 
 def _solve_equations(
-    motion: MotionData, base: Point, is_heavy: bool, losses: _Losses
+    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
     """Solve the equation of the momentum by the smallest singular vector of its columns.
 
@@ -221,7 +221,7 @@ def _solve_equations(
     rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
         return None
-    columns = _list_columns(motion, base, is_heavy, losses)
+    columns = _list_equation_columns(motion, base, is_heavy, losses)
     matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
@@ -234,7 +234,9 @@ def _solve_equations(
     return _read_solution(found, motion, is_heavy, losses)
 
 
-def _list_columns(motion: MotionData, base: Point, is_heavy: bool, losses: _Losses) -> list[Array]:
+def _list_equation_columns(
+    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
+) -> list[Array]:
     """Return the columns (n, 3, k) of the moments, rotor, start, lever, damping and friction."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _find_known_turning(motion, base)
@@ -244,7 +246,7 @@ def _list_columns(motion: MotionData, base: Point, is_heavy: bool, losses: _Loss
     columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
-        weight = base.weigh(t) / base.gravity
+        weight = base.acceleration_at(t) / base.gravity
         integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
         columns.append(
             -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
@@ -273,7 +275,7 @@ def _find_known_turning(motion: MotionData, base: Point) -> Array:
 
 
 def _read_solution(
-    found: Array, motion: MotionData, is_heavy: bool, losses: _Losses
+    found: Array, motion: MotionData, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
@@ -352,7 +354,7 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     left = carried + np.cross(turning, _integrate_by_trapezoids(t, carried))
     summed = _integrate_by_trapezoids(t, apex)
     along = apex + np.cross(turning, summed)
-    weight = base.weigh(t) / base.gravity if base.gravity else np.ones(len(t))
+    weight = base.acceleration_at(t) / base.gravity if base.gravity else np.ones(len(t))
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
@@ -424,10 +426,10 @@ def _guess_with_spin(
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")
     start = _start_at_zero(parameters, point, trace.t[0], attitude[0], rate[0])
-    return Guess(start, motion, _hold_spin(parameters, axis))
+    return Guess(start, motion, _project_on_constant_spin(parameters, axis))
 
 
-def _hold_spin(parameters: Parameters, axis: Array) -> Array:
+def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
     """Return the projection onto changes of the instruments, and of the start at constant spin.
 
     The nutation then keeps its well-known frequency while the search finds its phase.

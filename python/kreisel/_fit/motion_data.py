@@ -118,7 +118,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     t, first = np.unique(t, return_index=True)
     e = e[first]
     if len(t) >= FEWEST:
-        regular = _find_regular(e, is_attitude=False)
+        regular = _find_rows_without_outliers(e, is_attitude=False)
         t, e = t[regular], e[regular]
     return (t, e) if len(t) >= FEWEST else None
 
@@ -128,7 +128,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
-    regular = _find_regular(values, series.is_attitude)
+    regular = _find_rows_without_outliers(values, series.is_attitude)
     times, values = times[regular], values[regular]
     if len(times) < FEWEST:
         return times[:0], values[:0]
@@ -140,7 +140,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     return times[at], values[at]
 
 
-def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
+def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
     """Return True for each row that is near the median of its neighbours.
 
     Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.

@@ -132,7 +132,7 @@ class ShootingModel:
             points.append(point if k == self.first else own)
         return PieceStarts(tuple(points))
 
-    def start_along(self, point: Point) -> PieceStarts:
+    def start_on_motion_of(self, point: Point) -> PieceStarts:
         """Return pieces that begin on the motion of `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
@@ -234,7 +234,7 @@ def minimize_by_shooting(
     return found
 
 
-def fits_loosely(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
+def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
     """Return True if pieces that need not join agree with the records."""
     model.gap = GAPS[0]
     search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore, is_stiff=True)

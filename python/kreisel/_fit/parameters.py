@@ -179,7 +179,7 @@ class Point:
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking((amplitude, rate, phase), t)
 
-    def weigh(self, t: Array) -> Array:
+    def acceleration_at(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t, by gravity and by the shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)

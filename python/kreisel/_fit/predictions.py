@@ -161,7 +161,7 @@ class Motion:
         rate = self._to_frame_of_description(self._predict_inertial_velocity())
         up = self._to_frame_of_description(self._call_core("body_vertical"))
         t = self.origin + self.states[:, 0]
-        weight = self.point.weigh(t)
+        weight = self.point.acceleration_at(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
         by_change = -cross_matrix(place)
         w = rate.values
@@ -198,7 +198,7 @@ class Motion:
         return self.parameters.has("turning") or self.point.is_turning
 
     @cached_property
-    def _support(self) -> Prediction:
+    def _support_velocity(self) -> Prediction:
         """The angular velocity of the support, seen from the principal axes."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
@@ -214,14 +214,17 @@ class Motion:
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
-        return Prediction(*map(np.add, relative, self._support))
+        return Prediction(*map(np.add, relative, self._support_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
         """Return the derivative U' + O x U by time of the inertial velocity U + O."""
         relative = self._call_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
-        (u, u_by, u_rate), (o, o_by, o_rate) = self._call_core("body_velocity"), self._support
+        (u, u_by, u_rate), (o, o_by, o_rate) = (
+            self._call_core("body_velocity"),
+            self._support_velocity,
+        )
         found, by, rate = relative
         if by.size:
             by = by + cross_matrix(o) @ u_by - cross_matrix(u) @ o_by

@@ -152,7 +152,7 @@ class ResidualModel:
         states, tangents = self._solve_both_sides(
             scene, times, self._tangents if has_jacobian else ()
         )
-        transform = self._by_parameters(point) if has_jacobian else np.empty((0, 0))
+        transform = self._scene_by_parameters(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
             last = int(where[-1][0])
             by = tangents[last] @ transform if has_jacobian else np.empty(0)
@@ -220,7 +220,7 @@ class ResidualModel:
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _by_parameters(self, point: Point) -> Array:
+    def _scene_by_parameters(self, point: Point) -> Array:
         """Return the derivatives (c, size) of the scene's attributes for the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:

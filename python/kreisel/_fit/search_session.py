@@ -18,7 +18,7 @@ from .multiple_shooting import (
     PieceStarts,
     ShootingModel,
     choose_pieces,
-    fits_loosely,
+    fits_with_gaps,
     minimize_by_shooting,
 )
 from .noise import MEDIAN, initial_sigmas, update_sigmas
@@ -141,7 +141,7 @@ class SearchSession:
 
         Many earlier motions then lead to the same start.
         """
-        if self._is_good() or not self.parameters.start.friction:
+        if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
             self.solve_guess()
@@ -189,26 +189,31 @@ class SearchSession:
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
             if pieces is None:
                 self._try_shooting(found, None, _CHAOTIC)
-            if is_single and not self._is_good():
+            if is_single and not self._has_small_misfit():
                 self._search_until_excellent(found if is_done else [*found, own])
-            if pieces is None and not self._is_good():
+            if pieces is None and not self._has_small_misfit():
                 self._try_shooting(found, None, _UNSTABLE)
             elif not is_single:
                 agrees = agreement >= self._end
                 self._try_shooting([] if agrees else self._sort_by_agreement(found), pieces, 2)
-        if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
+        if (
+            pieces is None
+            and self._has_small_misfit()
+            and self.best is not None
+            and not self.best.pieces
+        ):
             self._split_chaotic(self.best.point)
         self._choose_sign()
         self._choose_heading()
         self._refine_with_estimated_sigmas()
-        self._find_alias()
+        self._try_aliases()
 
     def _split_chaotic(self, point: Point) -> None:
         """Divide the best motion into pieces if errors grow too much for a linear approximation."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._minimize_by_shooting(model, model.start_along(point), np.inf)
+            self._minimize_by_shooting(model, model.start_on_motion_of(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
         """Search from the guesses in the order of their agreement with the records."""
@@ -255,7 +260,7 @@ class SearchSession:
         own = np.abs(self.best.residuals[self.model.measured])
         return float(MEDIAN * np.median(own)) ** 2
 
-    def _is_good(self) -> bool:
+    def _has_small_misfit(self) -> bool:
         return self._measure_misfit() <= _FITS
 
     def _is_excellent(self) -> bool:
@@ -354,12 +359,12 @@ class SearchSession:
             natural = self.model.natural_sizes(twin)
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
-    def _find_alias(self) -> None:
+    def _try_aliases(self) -> None:
         """Search from other spins that may fit equally well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
-        if best.pieces and self._is_good():
+        if best.pieces and self._has_small_misfit():
             return
         aliases = list_aliases(self.parameters, best.point, self.records)
         if not (aliases and self._determines_velocity(best)):
@@ -378,8 +383,8 @@ class SearchSession:
             if found.cost < best.cost - rise:
                 self._keep_if_best(found, self.model)
                 self._search_from(turned, self._find_agreement(turned)[0])
-                return self._find_alias()
-            self.alias = turned if self._is_good() else None
+                return self._try_aliases()
+            self.alias = turned if self._has_small_misfit() else None
             return
 
     def _determines_velocity(self, best: Solution) -> bool:
@@ -400,7 +405,7 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
-            part = self._cut_model(horizon)
+            part = self._model_up_to(horizon)
             if part is not None:
                 point = self._fit_part(part, point)
             agreement, cost = self._find_agreement(point)
@@ -415,14 +420,14 @@ class SearchSession:
         assert isinstance(found.point, Point)
         return found.point
 
-    def _cut_model(self, horizon: float) -> ResidualModel | None:
+    def _model_up_to(self, horizon: float) -> ResidualModel | None:
         """Return the residuals up to a time from the start, or None for too few numbers."""
-        records, sigmas = self._cut_records(horizon)
+        records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
-    def _cut_records(self, horizon: float) -> tuple[list[Record], list[Array]]:
+    def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records up to a time before and after the start, and their sigmas."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
@@ -465,7 +470,7 @@ class SearchSession:
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._minimize_by_shooting(model, model.start_along(self.parameters.start), 0.5)
+            self._minimize_by_shooting(model, model.start_on_motion_of(self.parameters.start), 0.5)
 
     def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses in the order of their agreement with the records."""
@@ -481,11 +486,11 @@ class SearchSession:
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
         """Return True if a part of the records can be fitted by pieces with large gaps."""
-        records, sigmas = self._cut_records(self._end * _PIECES_TRIED / count)
+        records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_loosely(model, model.start(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(model, model.start(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 

@@ -229,7 +229,7 @@ def _grid_starts(
 
 def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
     """Return random verticals, in principal axes, and random angles alpha."""
-    cover = _cover_verticals(surface)
+    cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
@@ -276,7 +276,7 @@ class _SphereCells(NamedTuple):
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
-    def middles(self) -> tuple[Array, Array]:
+    def centres_and_reaches(self) -> tuple[Array, Array]:
         """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
@@ -298,12 +298,12 @@ class _SphereCells(NamedTuple):
         )
 
 
-def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
+def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     """Return small cells that together contain all verticals P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.middles()
+        P, reach = cover.centres_and_reaches()
         kept = surface.lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:

@@ -43,7 +43,7 @@ class Verdicts(Protocol):
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
 
 
-def classify(indicator: Verdicts) -> npt.NDArray[np.int8]:
+def classify_tops(indicator: Verdicts) -> npt.NDArray[np.int8]:
     """Return for each top the index of its class in CLASSES, as an array (n,)."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
@@ -54,7 +54,7 @@ def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
     """Draw the curve of each top over time, in the colour of its class."""
     chart = new_axes() if axes is None else check_axes(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
-    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify(indicator)
+    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
     marker = "o" if indicator.t.size == 1 else ""
     for k in np.unique(classes):

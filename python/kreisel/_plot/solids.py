@@ -226,7 +226,7 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
-def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
+def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
 
     `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
@@ -281,7 +281,9 @@ def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
     if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
         return cuboid_faces(half, centre, axes)
-    quads, colours = revolve(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
+    quads, colours = body_of_revolution(
+        2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
+    )
     frame = np.eye(3)[[i, j, apex]]
     if com[apex] < 0.0:
         frame[1:] *= -1.0

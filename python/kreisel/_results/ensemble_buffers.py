@@ -145,7 +145,7 @@ class EnsembleBuffers:
             )
         return found
 
-    def copy_in(self, begin: int, part: EnsembleBuffers) -> None:
+    def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results of `part`, a separate buffer, to the rows that start at `begin`."""
         end = begin + part.size
         mine, columns = self._arrays(), self.columns

@@ -39,7 +39,7 @@ class Reductions(EnsembleResult):
         kept = ", ".join(
             f"{name}: {' '.join(kinds)}" for name, kinds in self._kinds_by_quantity().items()
         )
-        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
+        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
     def _kinds_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from the name of each quantity to its kinds of reduction."""
@@ -56,7 +56,7 @@ class Reductions(EnsembleResult):
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
         columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
-        return self._reshape(columns.reshape(len(columns), *shape))
+        return self._to_ensemble_shape(columns.reshape(len(columns), *shape))
 
     @overload
     def __getitem__(self, key: str) -> dict[str, Array]: ...

@@ -42,7 +42,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def __repr__(self) -> str:
         found = f"{len(self.states)} states of {self.size} tops"
-        return f"<kreisel.Section of shape {self.shape}, {found}: {self._summary()}>"
+        return f"<kreisel.Section of shape {self.shape}, {found}: {self._format_summary()}>"
 
     @property
     def n(self) -> int:
@@ -60,7 +60,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
         The times are negative if the section goes back in time.
         """
-        return self._reshape(self._t[:, 0].copy())
+        return self._to_ensemble_shape(self._t[:, 0].copy())
 
     @cached_property
     def _is_state(self) -> npt.NDArray[np.bool_]:
@@ -145,10 +145,10 @@ class Section(EnsembleResult, QuantityAttributes):
         unit, in_degrees = as_unit("time_unit", time_unit), as_bool("degrees", degrees)
         across = self._values_and_label("x", x, in_degrees, unit)
         up = self._values_and_label("y", y, in_degrees, unit)
-        from .._plot.growth_charts import classify
+        from .._plot.growth_charts import classify_tops
         from .._plot.section_chart import draw_points
 
-        classes = None if indicator is None else classify(indicator)
+        classes = None if indicator is None else classify_tops(indicator)
         row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
         return draw_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
 

@@ -102,9 +102,9 @@ class ExactEnsemble:
             times = times.reshape(n, times.shape[-1])
         self._check_horizon(times)
         at = np.atleast_1d(times)
-        return self._states(at).reshape(*shape, *times.shape[-1:], 8)
+        return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
-    def _states(self, t: Array) -> Array:
+    def _compute_states(self, t: Array) -> Array:
         """Return states (n, k, 8) at times (k,) or (n, k).
 
         A run of the ensemble computes the same states faster, but its times must lead away from 0.
@@ -186,28 +186,28 @@ class ExactEnsemble:
         return rates
 
     @cached_property
-    def _turning(self) -> TurningPoints:
+    def _turning_points(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
         self._run_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
-    def _reshape(self, row: Array) -> Array:
+    def _to_ensemble_shape(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._reshape(self._mean_rates[:, 0])
+        return self._to_ensemble_shape(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._mean_rates[:, 1])
+        return self._to_ensemble_shape(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._mean_rates[:, 2])
+        return self._to_ensemble_shape(self._mean_rates[:, 2])
 
     @property
     def frequencies(self) -> Array:
@@ -217,44 +217,44 @@ class ExactEnsemble:
     @property
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._reshape(self._frequencies_and_certificates[:, 3])
+        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 3])
 
     @property
     def mismatch(self) -> Array:
         """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._reshape(self._frequencies_and_certificates[:, 4])
+        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:
         """(*shape) the least nutation, as in kreisel.Exact [rad]."""
-        return self._reshape(self._turning.least)
+        return self._to_ensemble_shape(self._turning_points.least)
 
     @property
     def greatest_nutation(self) -> Array:
         """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
-        return self._reshape(self._turning.greatest)
+        return self._to_ensemble_shape(self._turning_points.greatest)
 
     @property
     def t_least(self) -> Array:
         """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
-        return self._reshape(self._turning.t_least)
+        return self._to_ensemble_shape(self._turning_points.t_least)
 
     @property
     def t_greatest(self) -> Array:
         """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
-        return self._reshape(self._turning.t_greatest)
+        return self._to_ensemble_shape(self._turning_points.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of the apex's motion about the vertical, as in kreisel.Exact."""
-        course = self._turning.motion_type.reshape(self.tops.shape)
+        course = self._turning_points.motion_type.reshape(self.tops.shape)
         course.flags.writeable = False
         return course
 
     @property
     def critical_spin(self) -> Array:
         """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._turning.critical_spin)
+        return self._to_ensemble_shape(self._turning_points.critical_spin)
 
 
 def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:

@@ -143,10 +143,10 @@ class Run:
         kreisel.solve; the run then stays at its last valid state.
         """
         if every is None and progress is None:
-            path = self._advance_fast(t)
+            path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._times(t, every)
+        times = self._times_to_record(t, every)
         if times.size:
             self._check_times(times)
         if self.ended:
@@ -156,7 +156,7 @@ class Run:
             )
         return self._advance(times, parse_progress(progress))
 
-    def _advance_fast(self, t: object, progress: Progress | None = None) -> Path | None:
+    def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
         """Advance the run in a single call, or return None if `t` must be validated in Python."""
         path: Path | CoreResult | None = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
@@ -200,7 +200,7 @@ class Run:
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
-            path = self._advance_fast(chunk, progress)
+            path = self._advance_in_one_call(chunk, progress)
             if path is not None:
                 yield path
                 continue
@@ -213,7 +213,7 @@ class Run:
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _times(self, t: Numbers, every: int | None) -> Array:
+    def _times_to_record(self, t: Numbers, every: int | None) -> Array:
         number = parse_every(self._options.method, every)
         times = time_array(t, self.step, number, self._options.size, self.start_time)
         if np.ndim(t) > 0 or self._fresh:

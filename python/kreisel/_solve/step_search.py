@@ -192,7 +192,7 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def unmet_error(self, why: str) -> ValueError:
+    def error_not_met(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
             "error (2**-53) of the state, in internal units, changes the attitude by about "
@@ -269,12 +269,12 @@ def search_path(
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.unmet_error("the rounding of the scene alone exceeds it")
+        raise search.error_not_met("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
         if taken > search.budget:
-            raise search.unmet_error(
+            raise search.error_not_met(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
         run = search.run(steps)
@@ -284,7 +284,7 @@ def search_path(
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
         least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
-    raise search.unmet_error(f"rounding errors reach {least:.1e} rad, and finer steps add more")
+    raise search.error_not_met(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
 def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:

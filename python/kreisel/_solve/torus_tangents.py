@@ -43,7 +43,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 
 @dataclass(frozen=True)
-class _Group:
+class _ColumnGroup:
     """Columns that are computed together: changes of one parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
@@ -107,7 +107,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
         )
 
 
-def _list_groups(scene: Scene, name: str) -> list[_Group]:
+def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
     """Return the groups of columns of the parameter `name`."""
     body = scene.body
     if name != "start":
@@ -115,12 +115,12 @@ def _list_groups(scene: Scene, name: str) -> list[_Group]:
         size = scene._rate_bound**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_Group(size, largest, 1, _change_gravity, _gravity_change)]
+        return [_ColumnGroup(size, largest, 1, _change_gravity, _gravity_change)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rate_bound * max(body.moments)
     return [
-        _Group(1.0, math.inf, 3, _change_attitude, _attitude_change),
-        _Group(size, math.inf, columns, _change_momentum, _momentum_change),
+        _ColumnGroup(1.0, math.inf, 3, _change_attitude, _attitude_change),
+        _ColumnGroup(size, math.inf, columns, _change_momentum, _momentum_change),
     ]
 
 
@@ -169,7 +169,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
 
 
 def _differentiate(
-    scene: Scene, states: Array, group: _Group, compute_states: ComputeStates
+    scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return the tangents (n, 6, columns) of a group, and their largest relative error."""
     turned = np.maximum(1.0, scene._rate_bound * np.abs(states[:, 0]))
@@ -186,7 +186,7 @@ def _differentiate(
 
 
 def _differentiate_with_best_steps(
-    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
     """Return the tangents at some states, with the best of several steps, and their errors.
 
@@ -220,7 +220,7 @@ def _differentiate_with_best_steps(
 
 
 def _central_difference(
-    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
     """Return the central differences of order 8, and their relative difference from order 6.
 
