@@ -84,9 +84,9 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration; the
- * lever varies with the time as `timing` says. `turning`, `apex` and `friction` are the derivatives
- * of the support's turning in space, of the apex and of the dry friction. */
+/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration;
+ * `timing` determines how the lever varies with time. `turning`, `apex` and `friction` are the
+ * derivatives of the support's turning in space, of the apex and of the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;

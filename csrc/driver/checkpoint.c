@@ -183,7 +183,7 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
            own->sign <= 1;
 }
 /* Returns 1 if the saved events are the events that `top` watches. If `take` is nonzero, copies the
- * saved states of the event searches to `top`. */
+ * saved states of the event searches into `top`. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {

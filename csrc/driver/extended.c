@@ -23,9 +23,9 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd axes = qdd_of(top->axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components of the momentum along the axes of the body. If there are no low words,
- * each component has a single relative rounding error. An error relative to the whole vector would
- * be magnified by the small moment of a thin rod. */
+/* Returns the components of the momentum along the axes of the body. Without low words, each
+ * component is rounded once. A rounding error relative to the whole vector would be magnified by
+ * the small moment of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

@@ -68,7 +68,7 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the inertial frame to the axes of a support that turns about e3. Both
+/* Converts a state from the inertial frame to the axes of a support that turns about e3. The two
  * frames coincide at the start. */
 static void turn_with_support(const kr_top *top, kr_state *state)
 {
@@ -261,8 +261,9 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if friction makes one of the requested derivatives undefined. This is so for the
- * derivative with respect to a friction of 0, and with respect to com if com is 0. */
+/* Returns 0 if friction makes one of the requested derivatives undefined. The derivative with
+ * respect to friction is undefined if the friction is 0, and that with respect to com if com is
+ * 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);

@@ -1,6 +1,6 @@
-/* Tops with a closed form, in batches. The states equal those of kr_exact_state, with one
- * exception: at the time of the start, the given start itself is returned. Tops with invalid times
- * are passed to the driver, which reports the error. */
+/* Tops with a closed form, in batches. The states equal those of kr_exact_state, except that at the
+ * time of the start the given start itself is returned. Tops with invalid times are passed to the
+ * driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 

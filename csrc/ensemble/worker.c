@@ -1,5 +1,5 @@
-/* A worker computes the motion of many tops. It allocates memory once, dispatches each top, and
- * writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
+/* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
+ * and writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
  * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
@@ -124,8 +124,8 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return kr_scene_turns(scene) ? KR_ERR_TURNING : KR_ERR_ROTOR;
 }
-/* Returns the top for a scalar run. Tops on turning supports also have a closed form, but batches
- * cannot compute it. They are computed one by one. */
+/* Returns the top for a scalar run. Tops on turning supports also have a closed form, but they are
+ * computed one by one, because batches do not support them. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))

@@ -55,7 +55,7 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
-/* Integrates top i alone, in the memory of `top`. */
+/* Integrates top i outside of the lanes, in the memory of `top`. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the config for top i. The sign of the step is set by the last time of the top. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);

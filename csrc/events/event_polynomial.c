@@ -25,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The first letter of the dimension shows whether
- * the component is a momentum, a rate or a pure number. */
+/* Returns the unit of a component, a power of two. Whether the component is a momentum, a rate or a
+ * pure number follows from the first letter of its dimension. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -86,7 +86,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Sets all elements of `s` to 0 except those of the coefficients. */
+/* Sets the elements of `s` before and after the coefficients to 0. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);

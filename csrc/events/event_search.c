@@ -7,7 +7,7 @@
 #include "event_polynomial.h"
 
 /* Converts `clock`, a time inside the last step in internal units, to the user's time. If rounding
- * has moved the result out of the step, moves it back by one double. */
+ * moves the result out of the step, returns the next double inside the step. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,

@@ -1,6 +1,6 @@
 /* Conversion of a user's scene to the axes and units of the closed form, for Kowalewski and
- * Goryachev-Chaplygin tops. Their bodies have two equal moments, and the centre of mass is
- * perpendicular to the odd axis, which is the principal axis of the third, different moment. Axis 3
+ * Goryachev-Chaplygin tops. These bodies have two equal moments. The odd axis is the principal axis
+ * of the third moment, and the centre of mass lies in the plane perpendicular to this axis. Axis 3
  * of the closed form is the odd axis. Axis 1 is the direction of the centre of mass, times `side`
  * and the sign of gravity. In these units mass * |gravity| * |com| = 1.
  *
@@ -107,7 +107,7 @@ static void begin_torus(kr_torus *torus)
     torus->frame = q_one();
 }
 /* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
- * it to internal units and working axes instead, with time 0 at the beginning. */
+ * the plan to internal units and working axes instead, with time 0 at the beginning. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;

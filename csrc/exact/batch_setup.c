@@ -11,7 +11,8 @@
 /* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
  * GROUPS vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame. They come first in a kr_exact_form. */
+/* Number of doubles of a closed form without its frame. These doubles come first in a
+ * kr_exact_form. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
@@ -123,9 +124,9 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* Guesses whether u3 is the root that lone_root returns. The guess uses the cubic in u of this
  * motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same guess are set up together. Then few vectors need both branches of the set-up.
- * Nothing else depends on the guess. `lever` is in internal units; m is in the user's units except
- * for the unit of time. */
+ * Tops with the same guess are set up together. Therefore few vectors need both branches of the
+ * set-up. Nothing else depends on the guess. `lever` is in internal units; m is in the user's units
+ * except for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);

@@ -126,8 +126,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
- * elliptic integral of the first kind. Their scales follow from their sizes at the turning heights:
- * `above` is the largest |beta|, and `below` is the largest |alpha|. */
+ * elliptic integral of the first kind. The scales of the series follow from their values at the
+ * turning heights: `above` is the largest |beta|, and `below` is the largest |alpha|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {

@@ -1,5 +1,5 @@
 /* The method `exact`: the closed form of Lagrange, Kowalewski and Goryachev-Chaplygin tops, and of
- * any body without torque. It needs no intermediate steps, its error does not grow, and it
+ * any body without torque. The method needs no intermediate steps, its error does not grow, and it
  * conserves all integrals. A step ends at the requested time. Without a requested end, a step is
  * one period of the nutation, or one period of the first angle for a Kowalewski or
  * Goryachev-Chaplygin top. Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange

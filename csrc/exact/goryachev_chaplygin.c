@@ -283,8 +283,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan. It is the largest of three errors: of the omitted terms, of a
- * state near the start, and of the heading due to rounding. The last is the rounding error of the
+/* Returns the certificate of a plan: the largest of the errors of the omitted terms, of a state
+ * near the start, and of the heading due to rounding. The last is the rounding error of the
  * heading's rate, a mean over the grid, divided by the rate of an angle. The rates of the angles
  * are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,

@@ -31,8 +31,8 @@ typedef struct kr_angle_series {
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
 /* The terms of the heading for one multiple of the first angle. Each pair has the coefficients of
- * the cosine and of the sine of one multiple of the second angle. These multiples are `from`, from
- * + 1, ... */
+ * the cosine and of the sine of one multiple of the second angle. The multiples of the second angle
+ * are `from`, from + 1, ... */
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;

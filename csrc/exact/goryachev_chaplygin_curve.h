@@ -22,7 +22,7 @@
 enum { GRID = 2048 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Roots 0, 1 and 2 are those of p+. Roots 3, 4 and 5 are those of p-. */
+/* Roots 0, 1 and 2 belong to p+, and roots 3, 4 and 5 to p-. */
 enum { CURVE_ROOTS = 6 };
 
 typedef struct chaplygin_curve {

@@ -7,13 +7,14 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], and the cosines and sines of i/2 times the angle at index i. */
+/* Half of an angle [turns], and arrays of cosines and sines. Element i belongs to i/2 times the
+ * angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
 } angle_lanes;
 
-/* Sets the other cosines and sines from those of half of the angle. */
+/* Computes the cosines and sines of the multiples from those of half of the angle. */
 INLINE void fill_angle(angle_lanes *a)
 {
     a->c[0] = wide_splat(1.0);
@@ -79,8 +80,8 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
     return finish_part(e, which, &p, a);
 }
-/* Writes the sums c and s of both angles. The four series have the same number of terms. They are
- * summed together, because the steps of a single recurrence depend on each other. */
+/* Writes the sums c and s of both angles. The four series have the same number of terms. All four
+ * are summed in parallel, because the steps of a single recurrence depend on each other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];

@@ -1,8 +1,8 @@
-/* The state of the closed form at time t. The same kernel evaluates single times and many times. It
- * has no branches and calls only sqrt, so compilers can vectorize a loop over times. Results are
- * bitwise equal for all vector widths. This header is compiled once for each instruction set,
- * because the loop uses the vectors of that instruction set. In the formulas e is the closed form;
- * a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
+/* The state of the closed form at time t. The same kernel evaluates single times and many times.
+ * The kernel has no branches and calls only sqrt, so compilers can vectorize a loop over times.
+ * Results are bitwise equal for all vector widths. This header is compiled once for each
+ * instruction set, because the loop uses the vectors of that instruction set. In the formulas e is
+ * the closed form; a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"

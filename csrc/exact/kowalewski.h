@@ -1,4 +1,4 @@
-/* The plan of a Kowalewski top (torus.h). The axes are those of kowalewski_curve.h. The attitude
+/* The plan of a Kowalewski top (torus.h). The axes are defined in kowalewski_curve.h. The attitude
  * (w, x, y, z) of these axes in space, and the angular velocity (p, q, r) along them, are
  *     w + iz = i (S - T) e/2D,   x + iy = (S + T) e/2D,   p = P/D,   q = Q/D,   r = R/D,
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.

@@ -90,7 +90,8 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
     }
 }
 /* Replaces the heading's sample at an end of the arc, where a close pole makes the quotient
- * inaccurate. The new value is that of an even polynomial through the neighbouring samples. */
+ * inaccurate. The new value is interpolated by an even polynomial through the neighbouring
+ * samples. */
 static void mend_end(samples *v, int end, int stride)
 {
     const int way = end ? -stride : stride;

@@ -228,7 +228,7 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the gaps of a state p, q, r, g1, g2, g3. With z = (r x + g3) times the conjugate of the
  * square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * This equation and those of product_at_end give the gaps to full precision. */
+ * This equation and the equations of product_at_end determine the gaps to full precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -350,9 +350,9 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Chooses the transformations of an arc. Each removes a singularity near the real axis, and about
- * halves the distances of the others. Returns the height of the nearest singularity after all
- * transformations. */
+/* Chooses the transformations of an arc. Each transformation removes a singularity near the real
+ * axis, and about halves the distances of the other singularities. Returns the height of the
+ * nearest singularity after all transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -394,8 +394,8 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
     scale_arc(o, arc, scale_for_pair(o, arc));
     if (fold_arc(o, arc) < plain) *arc = old;
 }
-/* Sets up the arcs: that of w1, which ends at the largest root, and that of w2, which ends at the
- * least root. */
+/* Sets up the arc of w1, which ends at the largest root, and the arc of w2, which ends at the
+ * smallest root. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
@@ -410,9 +410,9 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[1],
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
-/* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
- * exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable through a
- * pointer to one of two variables. */
+/* Converts sine and cosine of the arc's variable y to sine and cosine of x, and returns dx/dy. The
+ * code exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable
+ * through a pointer to one of two variables. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -430,7 +430,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Replaces sine and cosine of x by those of the arc's variable. This is the inverse of unfold. */
+/* Converts sine and cosine of x to those of the arc's variable, as the inverse of unfold. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

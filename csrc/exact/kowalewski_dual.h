@@ -1,6 +1,6 @@
-/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as it is
- * near a separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other
- * terms, which do not cancel: with z = theta + i beta, the sum of the terms of a class r is
+/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as near a
+ * separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other terms,
+ * which do not cancel: with z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted as well, because it
@@ -95,7 +95,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with the same shifts are combined. */
+                    /* Only classes with equal shifts are combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);

@@ -36,8 +36,8 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
- * by this nearest point, has a positive real part. The nearer end is the origin of the result,
- * because the other one may be larger by more than the range of 53 bits. */
+ * by this nearest point, has a positive real part. The result is computed from the nearer end,
+ * because the other end may be more than 2^53 times as large. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -301,7 +301,7 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
 }
 /* Adds to b the integrals that end at the complex pole i y and at its conjugate. Both are equal.
  * The path to i y begins at the complex root and follows the circle through i y and the conjugate
- * root. If all roots are real, it is a straight path from the root nearest to zero. */
+ * root. If all roots are real, the path is the straight line from the root nearest to zero. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

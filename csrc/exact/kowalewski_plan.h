@@ -29,7 +29,7 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
- * least root. This holds in all known motions, but is not proved for all orders of the roots.
+ * least root. This is true for all known motions, but not proved for all orders of the roots.
  * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
@@ -50,7 +50,7 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances whose logarithms determine the frequencies.
- * These are the gaps next to the arcs, and the distance of a complex pair from an arc. */
+ * These distances are the gaps next to the arcs, and the distance of a complex pair from an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -128,9 +128,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading, to which a multiple of half of each rate of the torus is added.
- * The classes of the sums do not determine these multiples. They are found from the rate of the
- * larger of A = S + T and B = S - T at the start, where, up to the contribution of D,
+/* Returns the rate of the heading plus a multiple of half of each rate of the torus. The classes of
+ * the sums do not determine these multiples. They are found from the rate of the larger of A = S +
+ * T and B = S - T at the start, where, up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -311,9 +311,8 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     }
     return 1;
 }
-/* Returns the error of the sums. It is the largest of four errors: the ratio of the last singular
- * values, the misfit of the angular velocity, the asymmetry of B, and the error of the heading's
- * rate. */
+/* Returns the error of the sums: the largest of the ratio of the last singular values, the misfit
+ * of the angular velocity, the asymmetry of B, and the error of the heading's rate. */
 static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;

@@ -22,8 +22,8 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
  * e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* One term without the constant of its class. The two values differ at most in sign. Their signs
- * are those of the term in two sums. */
+/* One term without the constant of its class. The two values differ at most in sign. The signs of a
+ * term differ between sums, and are stored for two of them. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -272,8 +272,8 @@ static double try_spinor_class(theta_work *w, int i)
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta);
 }
-/* Tries the four values of b until one satisfies the equations well. If there is no such value, the
- * best one is used. Returns 0 if no value satisfies the equations. */
+/* Tries the four values of b until one satisfies the equations with a small error. If no value
+ * satisfies them well, the best one is used. Returns 0 if no value satisfies the equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;

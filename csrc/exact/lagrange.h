@@ -96,12 +96,13 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
 /* Computes the smaller of a and b again, as product / (larger * beside), which loses no digits. The
- * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they stay zero. */
+ * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they remain
+ * zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
-    const mask known = is_positive(larger.hi); /* If it is not, all three heights coincide. */
+    const mask known = is_positive(larger.hi); /* Otherwise all three heights coincide. */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }

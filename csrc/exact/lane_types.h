@@ -76,8 +76,8 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Replaces the lanes of `to` that the mask m selects by those of `from`. Both are structures of
- * `bytes` bytes that consist of lanes only. */
+/* Replaces the lanes of `to` that the mask m selects by those of `from`. `to` and `from` are
+ * structures of `bytes` bytes that consist of lanes only. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {

@@ -1,6 +1,6 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve like that of
- * the top, at equal steps of the curve's phase. In the notation of map_curve.h, where a prime marks
- * the next state,
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve similar to that
+ * of the continuous motion, at equal steps of the curve's phase. In the notation of map_curve.h,
+ * where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha grows by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step, and that
@@ -207,16 +207,16 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed form reproduces the attitude `start`. It may not if the step is 1e-8 or
- * less and the start is very near a pole. Double-double then cannot resolve the distances of the
- * link's heights from the pole. */
+/* Returns 1 if the closed form reproduces the attitude `start`. It may fail to do so if the step is
+ * 1e-8 or less and the start is very near a pole. Double-double then cannot resolve the distances
+ * of the link's heights from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the closed form of the Bobenko-Suris map for a scene. If the step is so large that 1 + b
- * s < 0, it is a step of the top with up and down exchanged. The first link of this other top is
- * then used. */
+/* Sets up the closed form of the Bobenko-Suris map for a scene. A step so large that 1 + b s < 0
+ * equals a step of the top with up and down exchanged. The first link of this other top is then
+ * used. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};

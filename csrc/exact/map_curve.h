@@ -5,7 +5,7 @@
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
  * where P is a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that
  * grows by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X are
- * reversed. Then b < 0, and the step is a step of the same top under reversed gravity. This header
+ * reversed. Then b < 0, and the step equals one of the same top under reversed gravity. This header
  * is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H

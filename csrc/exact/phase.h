@@ -6,7 +6,7 @@
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. They describe the state before q is normalized and transformed into the frame.
+ * phases. These functions describe the state before q is normalized and transformed by the frame.
  * factors_of_kind handles lanes whose series are of one kind, factors_at lanes of any kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])

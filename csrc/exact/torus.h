@@ -40,7 +40,8 @@ typedef struct kr_torus_form {
     /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
      * kind. NULL if it applies to all starts. */
     int (*suits)(const kr_scene *scene);
-    /* Returns the size of the used part of a plan, in bytes. It suffices to copy this part. */
+    /* Returns the size of the used part of a plan, in bytes. To copy a plan, it suffices to copy
+     * this part. */
     size_t (*used_size)(const void *plan);
     /* The instruction sets that were compiled in, the widest first. The table ends with a NULL
      * name. */

@@ -26,9 +26,9 @@
 
 /* A kernel is one loop without function calls, because all vector registers must be saved to memory
  * around a call. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is
- * defined, the compiler decides about inlining, for smaller code. KR_LONG_FUNCTIONS marks files
- * with long functions. Without fused multiply-add, their code is optimized for size, unless there
- * is only one instruction set. */
+ * defined, the compiler decides what to inline, so that the code is smaller. KR_LONG_FUNCTIONS
+ * marks files with long functions. Without fused multiply-add, their code is optimized for size,
+ * unless there is only one instruction set. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -42,8 +42,8 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, batches are computed one element after the other, for smaller code.
- * The results are bitwise equal. */
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one after the other, so that
+ * the code is smaller. The results are bitwise equal. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else

@@ -72,8 +72,8 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is nearer to `last`. Both are the same attitude; the choice makes the
- * quaternion change continuously. */
+/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; this choice
+ * makes the quaternion change continuously. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;

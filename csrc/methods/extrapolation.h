@@ -5,8 +5,8 @@
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at the row j if T(j,j) - T(j,j-1) is at most tol in the norm of the thesis
  * (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work per unit of
- * time. The rules and constants of the control are those of ODEX (Hairer, Norsett, Wanner, II.9).
- * The method conserves nothing. */
+ * time. The rules and constants of the step control are taken from ODEX (Hairer, Norsett, Wanner,
+ * II.9). The method conserves nothing. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>

@@ -71,8 +71,8 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
 /* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) is above 2, because the modification of the potential is not small then. If the
- * ratio were above 12, the iteration for the midpoint would not converge. */
+ * (smallest moment) is above 2, because the modification of the potential is not small then. With a
+ * ratio above 12, the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -21,7 +21,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the momentum without that of the rotor, along the principal axes with the attitude q. */
+/* Returns the momentum without the rotor's contribution, along the principal axes with the attitude
+ * q. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -96,8 +97,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
- * vertical, one of the two results is undetermined and set to 0. Adding 0.0 removes negative
- * zeros. */
+ * vertical, one of the two results is undefined and set to 0. Adding 0.0 removes negative zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};

@@ -173,10 +173,10 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size at which the last term is as large as the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. These are the two terms before the last, so that the step size is known
- * together with the last term. Very near an unstable equilibrium all terms lie below the tolerance
- * and give no estimate. The step is therefore limited so that the neglected terms of a falling top
- * cannot exceed the last one. */
+ * or odd series vanishes. The two terms before the last one are used, so that the step size is
+ * known as soon as the last term. Very near an unstable equilibrium all terms lie below the
+ * tolerance and give no estimate. The step is therefore limited so that the neglected terms of a
+ * falling top cannot exceed the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -187,9 +187,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 
 /* Returns the step size at which products of the middle coefficients of a head have the size
  * 2^log2_size. The first coefficient of the tail is a sum of such products and is affected by their
- * rounding errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller
- * than the products. The last term would then allow too long a step: the rounding errors of the
- * tail, which is in doubles, would spoil the digits of the head. */
+ * rounding errors. The sum can be far smaller than the products if they cancel, as for a sum of few
+ * exponentials. A step chosen by the last term alone would then be too long: the rounding errors of
+ * the tail, which is in doubles, would spoil the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

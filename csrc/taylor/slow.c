@@ -3,13 +3,13 @@
  * its slow manifold, on which
  *     D W_n - h x W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
  * determines the Taylor coefficients of W about this axis by iteration, each from the next one. The
- * rotor's torque h x W is as linear as damping is, and may exceed it. All
- * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
- * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
- * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
- * motion. The error of this truncation is below the rounding errors (Fenichel 1979). Until the
- * motion reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
- * small W to which it decays. */
+ * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients follow
+ * from the recurrence of taylor.h. The radius of convergence is determined by the slow motion and
+ * allows long steps. The recurrence alone would need steps as short as A / D. The neglected part is
+ * of the order exp(-D t / A), where t is a typical time of the slow motion. The error of this
+ * truncation is below the rounding errors (Fenichel 1979). Until the motion reaches the manifold,
+ * it is integrated by the recurrence, with a tolerance relative to the small W to which it
+ * decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -68,7 +68,7 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 }
 
 /* Returns the least size of an angular velocity that is determined by its torque and is not
- * negligible. If there is no torque, returns the largest angular velocity. */
+ * negligible. Without a torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0;
@@ -150,7 +150,7 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
+/* Marks as slow all axes whose rate of damping is not below the rate of axis `least`. Returns 1 if
  * damping is strong about all these axes. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
 {

@@ -98,7 +98,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
 /* Reads the constants of a series. The values of the series at the end of the step become
- * coefficients 0. All other coefficients become zero. */
+ * coefficients 0. Sets all other coefficients to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);

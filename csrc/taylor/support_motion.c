@@ -1,7 +1,7 @@
 /* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps. A
  * step begins with the position of the support at its time. With friction, the spin of a top that
- * slides, and the torque that holds a top, are polynomials on the step. If one of them reaches its
- * limit, the step ends there. The time of the end is accurate up to rounding errors, in
+ * slides, and the torque that holds a top, are polynomials on the step. The step ends where the
+ * spin or the torque reaches its limit. The time of the end is accurate up to rounding errors, in
  * double-double for more than 16 digits. */
 #include <float.h>
 #include <string.h>
@@ -237,7 +237,7 @@ static dd spin_at_end(const kr_series s[2])
     const vec_dd U = vdd_add(W, vdd_scale(dd_of(-1.0), O));
     return vdd_dot(U, apex);
 }
-/* Removes the spin at the end of the last step. */
+/* Sets the spin at the end of the last step to zero. */
 static void remove_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),

@@ -1,9 +1,9 @@
 /* The Taylor method, for any top and any accuracy: to the rounding errors of doubles, or to 20 or
- * 30 digits. A step is as long as the tolerance allows, whatever times are requested. Each state
- * within a step costs one evaluation of the series. The equations are in taylor.h; the step size
- * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
- * unit of time is a power of two that is so short that W stays below one. Coefficients therefore do
- * not overflow, and thresholds are dimensionless. */
+ * 30 digits. A step is as long as the tolerance allows, independently of the requested times. Each
+ * state within a step costs one evaluation of the series. The equations are in taylor.h; the step
+ * size follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the
+ * tolerance. The unit of time is a power of two that is so short that W stays below one.
+ * Coefficients therefore do not overflow, and thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "series_words.h"
@@ -18,8 +18,8 @@ typedef kr_taylor taylor_work;
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
-/* The kernels of an instruction set. A build may leave out those for more than 16 digits, or those
- * of tangents. */
+/* The kernels of an instruction set. A build may omit the kernels for more than 16 digits, or the
+ * kernels of tangents. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(kernel) NULL
 #else
@@ -253,7 +253,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     double log2_tol;
     if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
-    /* No step in doubles can meet a tolerance below 2^-54. */
+    /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {
         const kr_status status = kr_support_step(motion, kernel_of_motion(motion));

@@ -9,9 +9,9 @@
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
- * A rotor adds h x W_n, which consists of products of components, too. The product of next(W_n) and
- * prev(W_0) contains it if a constant is added to prev(W_0), likewise that of prev(W_n) and
- * next(W_0). A rotor therefore costs nothing.
+ * A rotor adds h x W_n, which consists of products of components, too. If a constant is added to
+ * prev(W_0), the product of next(W_n) and prev(W_0) contains a term of the rotor. The same holds
+ * for next(W_0) and the product of prev(W_n) and next(W_0). A rotor therefore costs nothing.
  * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
  * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H

@@ -104,9 +104,9 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
 /* Ends the motion of the last top where its apex falls below the height `lowest`, the cosine of the
- * nutation at which the rim touches the floor. The top then keeps its last state above this height.
- * The time `stood` is interpolated within the step that follows. Without this call, no floor is
- * considered. */
+ * nutation at which the rim touches the floor. The top then remains in its last state above this
+ * height. The time `stood` is interpolated within the step that follows. Without this call, no
+ * floor is considered. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step that ends at or before `target`, with at most
  * `most` steps in total. Returns the time reached. If the budget is used up inside a step of a fast
