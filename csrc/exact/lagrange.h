@@ -102,7 +102,7 @@ static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd 
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
-    const mask known = is_positive(larger.hi); /* Otherwise all three heights coincide. */
+    const mask known = is_positive(larger.hi); /* If not positive, all three heights coincide. */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }

@@ -124,7 +124,7 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
-    const mask apart = is_positive(square); /* Otherwise all three roots coincide. */
+    const mask apart = is_positive(square); /* If not positive, all three roots coincide. */
     const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));

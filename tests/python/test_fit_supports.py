@@ -133,7 +133,9 @@ def test_fits_on_moving_supports(words, start, free):
     fit = kr.fit(guess, records, names)
     assert 0.8 < fit.chi2 / fit.dof < 1.2
     [scale] = fit.unidentified
-    assert scale == "the scale of the moments: moments, damping and com may all have one factor"
+    assert (
+        scale == "the scale of the moments: moments, damping and com have an unknown common factor"
+    )
     expected = {}
     if free == "free" and "turning" in words:
         expected |= dict(zip(("turning_x", "turning_y", "turning_z"), TURNING, strict=True))
@@ -279,7 +281,7 @@ def test_blind_directions_are_named():
     fit = kr.fit(top, gyroscope(top), ("start", "moments", "friction"))
     scale, *others = fit.unidentified
     assert scale == (
-        "the scale of the moments: only their ratios, and damping and friction over moments, count"
+        "the scale of the moments: only their ratios, and damping and friction over moments, matter"
     )
     assert all("attitude" in other or "heading" in other for other in others)
     heavy = HEAVY.replace(friction=1.0)
