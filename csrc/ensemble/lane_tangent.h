@@ -231,8 +231,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
- * square of the largest last term relative to its deviation. */
+/* The integrals of ln|delta| and of ln|delta| ln t, and the largest and the last ln|delta|. Also
+ * the square of the largest last term relative to its deviation. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;

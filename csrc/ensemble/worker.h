@@ -1,6 +1,6 @@
-/* The worker, shared by the files of ensemble/: worker.c dispatches tops, exact_batch.c evaluates
- * closed forms in batches, lane_scheduler.c integrates tops in lanes, section.c finds events, and
- * reduce.c reduces states. */
+/* The worker, shared by the files of ensemble/. worker.c dispatches tops, and exact_batch.c
+ * evaluates closed forms in batches. lane_scheduler.c integrates tops in lanes, section.c finds
+ * events, and reduce.c reduces states. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"

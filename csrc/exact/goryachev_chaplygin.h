@@ -36,8 +36,8 @@ typedef struct kr_angle_series {
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
-/* A term of the heading whose frequency is nearly zero. Such a term is integrated from the start,
- * because its coefficient in the series would be very large. */
+/* A term of the heading whose frequency is nearly zero. The coefficient of such a term would be
+ * very large in the series, so the term is integrated from the start. */
 typedef struct kr_slow_term {
     int first, second;          /* multiples of half of each angle */
     double rate, value, over;   /* over = value/rate */

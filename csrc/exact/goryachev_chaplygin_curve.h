@@ -152,7 +152,7 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), which are the square roots of |p+|/2 and
- * |p-|/2, given sine and cosine of x/2. Both are positive between x = 0 and pi. */
+ * |p-|/2, given sine and cosine of x/2. Both square roots are positive between x = 0 and pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {

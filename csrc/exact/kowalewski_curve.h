@@ -293,9 +293,9 @@ static int line_of(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the least height of all singularities. Finds the lowest one that a transformation can
- * remove, writes its height, and writes 1 if it is on the line Re x = pi/2, or -1 if there is
- * none. */
+/* Returns the least height of all singularities. Also finds the lowest singularity that a
+ * transformation can remove, and writes its height. Writes 1 if this singularity is on the line Re
+ * x = pi/2, or -1 if there is none. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;

@@ -276,8 +276,8 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx t
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
  * gap with the pole. If the pole is beyond the complex pair, the path begins at the complex root
- * instead. The integral from the arc of w1 to the complex root, or across the upper of two gaps to
- * the lower one, is half a row of B. */
+ * instead. Half a row of B is the integral from the arc of w1 to the complex root, or across the
+ * upper of two gaps to the lower one. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {

@@ -221,9 +221,9 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
 }
 /* Finds the signs, and the angles of the torus at the start. The signs follow from a state shortly
  * after the start that is not close to an end of an arc. A slow w1 or w2 stays near the end of its
- * arc for a long time, so a state nearer to the end is used then. Returns the error of this state,
- * divided by the velocity: near a saddle, an early state depends on the angles far less than a late
- * one. */
+ * arc for a long time. In this case, a state nearer to the end is used. Returns the error of this
+ * state divided by the velocity, because near a saddle an early state depends far less on the
+ * angles than a late one. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

@@ -207,9 +207,9 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed form reproduces the attitude `start`. It may fail to do so if the step is
- * 1e-8 or less and the start is very near a pole. Double-double then cannot resolve the distances
- * of the link's heights from the pole. */
+/* Returns 1 if the closed form reproduces the attitude `start`. This may not be the case if the
+ * step is 1e-8 or less and the start is very near a pole. Double-double then cannot resolve the
+ * distances of the link's heights from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;

@@ -194,7 +194,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* These are the squares at eta. Those at eta/2 follow from the half-argument formulas. */
+    /* These are the squares at eta. The squares at eta/2 follow from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),

@@ -121,7 +121,8 @@ static inline quat_lanes rounded(const dd q[4])
 }
 
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
- * Both are computed directly from the quaternion, so that neither loses digits near a pole. */
+ * Both numbers are computed directly from the quaternion, so that neither loses digits near a
+ * pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),

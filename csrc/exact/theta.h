@@ -131,8 +131,8 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision, by
- * two steps of Newton's method. Both steps use the slope at the initial value, which is accurate
- * enough. */
+ * two steps of Newton's method. The slope at the initial value is accurate enough for both
+ * steps. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,

@@ -8,7 +8,7 @@
  * momentum h adds a constant rate to the rotation about each axis, -h_N / I_N about N. A rotation
  * about B is then needed, too. The drift of a symmetric body stays exact if the rotor is along T.
  * The rounding error of each sum is kept and added to the next sum (Kahan 1965). The rounding
- * errors of the energy are then determined by the changes of q and m in a step, which are much
+ * errors of the energy are then those of the changes of q and m in a step. These changes are much
  * smaller than q and m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H

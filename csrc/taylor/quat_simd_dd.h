@@ -38,8 +38,8 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 #endif
 
 /* DOUBLED defines the type D, which has a high and a low word of type T, and its arithmetic. fma
- * leaves its result unnormalized (|lo| of a few units in the last place of hi), which is faster;
- * mul and store normalize. */
+ * leaves its result unnormalized, which is faster: |lo| may be a few units in the last place of hi.
+ * mul and store normalize their results. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

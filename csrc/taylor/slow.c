@@ -117,8 +117,8 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
-/* Inverts a matrix with ones on its diagonal, whose row i has `ahead` in column i + 1 and `behind`
- * in column i + 2, both only if both axes are slow. */
+/* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
+ * column i + 2, but only where both axes are slow. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {

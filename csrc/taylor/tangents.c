@@ -1,7 +1,7 @@
 /* Tangents along the path of the method taylor: start, propagation over the steps of the path, and
- * values within a step. If the last terms of their series are too large at the end of a step, the
- * tangents are propagated over the step in several parts. Each part has its own expansion of the
- * path, so the path itself never changes. */
+ * values within a step. If the last terms of the tangents' series are too large at the end of a
+ * step, the tangents are propagated in several parts. Each part has its own expansion of the path,
+ * so the path itself never changes. */
 #include "support_motion.h"
 #include "support_tangents.h"
 

@@ -16,7 +16,7 @@
 /* Series of eight numbers about the time t. The series are valid on a step of the path, or on the
  * last part of the step if the tangents need shorter parts. The eight numbers of a single deviation
  * are (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
- * deviations: struct k holds component k of (theta, N) of each. Both layouts give bitwise equal
+ * deviations: struct k holds component k of (theta, N) of each. The two layouts give bitwise equal
  * results. For 20 and 30 digits each struct is an array of two, high words and low words,
  * sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {

@@ -83,9 +83,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
- * turns W in the body, than the rates of the support, and than every W that the energy allows.
- * Damping does not raise the energy, hence
+/* Returns a power of two that exceeds every W that the energy allows, and the rates of damping, of
+ * the support, and of the turning of W by the rotor. Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {

@@ -31,8 +31,8 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 /* Writes a cuboid whose mass can be chosen freely: one of density 1 if possible, otherwise the
  * largest one. The largest cuboid is found by ternary search, which works because the logarithm of
  * the volume is concave in 1 / mass. The density increases with the mass. The margin 1.001 is
- * needed for the cuboid of the thesis (Bodack 2008): it has density 1 and is at the same time the
- * largest cuboid. */
+ * needed because the cuboid of the thesis (Bodack 2008) has density 1 and is also the largest
+ * cuboid. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;

@@ -26,9 +26,9 @@ typedef struct kr_trail {
 } kr_trail;
 
 /* Returns a cuboid with the inertia, mass and centre of mass of the body. Unphysical bodies have no
- * such cuboid. For them, returns a cuboid with the inertia and the product mass * com of the body:
- * one of density 1 if possible, otherwise the largest one. If there is no such cuboid either,
- * returns a cube with edges of length 2. */
+ * such cuboid. For unphysical bodies, returns a cuboid with the inertia and the product mass * com
+ * of the body. Its density is 1 if possible; otherwise the largest such cuboid is returned. If
+ * there is no such cuboid either, returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the lengths of momentum and angular velocity that set the scale of the picture. The
  * momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible

@@ -288,7 +288,9 @@ def test_blind_directions_are_named():
     sentences = kr.fit(
         heavy, gyroscope(heavy), ("start", "moments", "com", "friction")
     ).unidentified
-    scale = "the scale of the moments: moments, damping, friction and com may all have one factor"
+    scale = (
+        "the scale of the moments: moments, damping, friction and com have an unknown common factor"
+    )
     assert sentences == (scale, HEADING)
     spun = HEAVY.replace(turning=TURNING)
     t = np.linspace(0.0, 3.0, 150)
