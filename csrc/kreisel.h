@@ -3,10 +3,10 @@
  *     dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *     dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *
- * with the angular velocity w in the space at rest, and the A and r of a shaken support.
+ * with the angular velocity w in the inertial frame, and the A and r of a shaken support.
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support turns, these axes
- *          turn with it, and the space at rest does not. The body has the frame of description, in
+ *          turn with it relative to the inertial frame. The body has the frame of description, in
  *          which the user describes it, and the principal axes of inertia at the fixed point (N, B,
  *          T). An attitude q rotates vectors from the frame of description into space: v_space =
  *          q v q*. The angular momentum m is a vector in space. The apex is the direction from the
@@ -117,8 +117,8 @@ typedef struct kr_body {
 typedef struct kr_state {
     double t;  /* [T] */
     kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
-    /* Angular momentum about the fixed point [M L^2 T^-1]: that of the motion in the space at rest,
-     * with components along the axes of the support. */
+    /* Angular momentum about the fixed point [M L^2 T^-1]: that of the motion in the inertial
+     * frame, with components along the axes of the support. */
     kr_vec3 m;
 } kr_state;
 /* The fixed point moves along e3 by amplitude * cos(rate * t + phase) at the time t. */
@@ -267,7 +267,7 @@ KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
  * the centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
 KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
 /* Returns the sum of kinetic and potential energy. On a turning support this is Jacobi's integral:
- * the energy in the space at rest minus <turning, m> [M L^2 T^-2]. */
+ * the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the vertical momentum <m, e3> [M L^2 T^-1]. */
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
@@ -416,8 +416,8 @@ KR_API kr_status kr_top_advance(kr_top *top, double t);
  * unchanged. On failure the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* Does the same as kr_top_record, and writes to `low` the digits that the doubles of `out` cannot
- * store: out + low has the requested digits, and low.t is 0. */
+/* Does the same as kr_top_record, and writes the digits beyond double precision to `low`: out + low
+ * has the requested digits, and low.t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
 /* Restarts the top at a state, as if kr_top_create had been called with this start. The counts of
@@ -425,8 +425,8 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * the top unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top with another scene, like kr_top_reset. To push a moving top, or to change its
- * body, start the scene at kr_top_state. The grid of steps and the tangents begin at the new start.
- * Returns KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
+ * body, start the scene at kr_top_state. The grid of steps and the tangents start anew. Returns
+ * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits.
  * scene->start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
@@ -443,7 +443,7 @@ KR_API double kr_top_time(const kr_top *top);
  * order in use to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents: derivatives of the state. Computing them does not change the bits of the state.
+/* Tangents: derivatives of the state. The state is bitwise the same with and without them.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
  * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
  * the derivatives with respect to the same 6 numbers at the start. Moments, com, damping and rotor
@@ -471,9 +471,9 @@ enum {
 /* clang-format on */
 /* Returns the number of columns of the tangents selected by these flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the digits
- * that doubles cannot store to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
- * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the low
+ * words, the digits beyond double precision, to `low`, which may be NULL. Returns KR_ERR_ARGUMENT
+ * for a top without tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the relative truncation error of the tangents: the largest ratio so far of
  * the last term of a tangent's series to the size of the tangent. The steps are chosen without
@@ -481,16 +481,16 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
  * tangents [n][6][columns] by the same parameters. That of q is a rotation vector (3 numbers).
- * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com
- * at com = 0, of body_acceleration with friction, and of K and G if a change makes them NaN. */
+ * Derivatives that do not exist are NaN: those of Euler's angles at a vertical apex, of the apex by
+ * com at com = 0, of body_acceleration with friction, and of K and G if a change makes them NaN. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
- * its start) and config (except max_steps and poll). The top then continues with the same bits and
- * events. If taylor continues with another kernel, the states agree up to rounding only. (All
- * kernels with fused multiply-add give bitwise equal results.) */
+ * its start) and config (except max_steps and poll). The top then continues with bitwise equal
+ * states and the same events. If taylor continues with another kernel, the states agree up to
+ * rounding only. (All kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
@@ -600,8 +600,8 @@ typedef struct kr_tops {
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
     /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
-     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a direction
-     * along no special axis. */
+     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a generic
+     * direction. */
     double *growth;
     const double *direction;
 } kr_tops;

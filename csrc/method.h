@@ -54,7 +54,8 @@ typedef struct kr_step_polynomial {
     double rate, span;
     double begin, end; /* times of the step since the start, in internal units */
     /* If `is_disturbed`, the derivatives at the end of the step, computed from the forces in this
-     * step. Set for a top with dry friction, or on a support that turns or shakes. */
+     * step. `is_disturbed` is set for a top with dry friction, or on a support that turns or
+     * shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
     /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before it stopped. */
@@ -83,9 +84,9 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration; the
- * lever varies with the time as `timing` says. `turning`, `apex` and `friction` are the derivatives
- * of the support's turning in space, of the apex and of the dry friction. */
+/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration;
+ * `timing` determines how the lever varies with time. `turning`, `apex` and `friction` are the
+ * derivatives of the support's turning in space, of the apex and of the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -114,8 +115,8 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Functions of the driver that only some methods need. A program links them with a method that
- * refers to them. */
+/* Functions of the driver that only some methods need. A program contains them only if it uses such
+ * a method. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
@@ -129,7 +130,7 @@ struct kr_method {
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
     /* Return 1 if the method applies to a valid body of this kind under any gravity, or to a valid
-     * scene. NULL: the flags decide. */
+     * scene. If NULL, only the flags are checked. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
@@ -148,7 +149,7 @@ struct kr_method {
     /* Writes q and m at the time `clock` inside the last step. NULL: the method is not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Writes q and m at n times, which need not lie inside the last step. The states are bitwise
-     * equal to those of `at`, but take less time. NULL: not available. */
+     * equal to those of `at`, but are computed faster. NULL: not available. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the last step as a polynomial. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
@@ -170,7 +171,7 @@ struct kr_method {
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;
-    /* A rotor of 0 is not added, because the sum could change the sign of a negative zero. */
+    /* A rotor of 0 is not added, because adding it could change the sign of a negative zero. */
     return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
 }
 /* Returns the angular velocity in the body, given the momentum M in the body. */

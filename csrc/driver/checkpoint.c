@@ -1,15 +1,15 @@
-/* Checkpoints: a top saved as bytes, to be loaded again. A checkpoint holds the motions with their
- * work, times, counts and internal units, but no pointers: the loaded top keeps its own pointers. A
- * loaded fixed-step motion continues on its grid. An adaptive motion continues with the step and
- * order chosen last, a dense motion inside its last step. The bytes are a header, the fields of
- * KR_SAVED_TOP (top.h), the work, the tangents, and the state of each event search. With the states
- * of the searches, no event is found twice or lost. */
+/* Checkpoints: tops saved as bytes. A checkpoint holds the motions with their work, times, counts
+ * and internal units, but no pointers: the loaded top keeps its own pointers. A loaded fixed-step
+ * motion continues on its grid. An adaptive motion continues with the step and order that were
+ * chosen last. A dense motion continues inside its last step. The bytes are a header, the fields of
+ * KR_SAVED_TOP (top.h), the work, the tangents, and the state of each event search. The states of
+ * the searches ensure that no event is found twice or lost. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* Four numbers: one that reveals the byte order; the sizes of the saved part of the top and of
-     * the work of one motion, in bytes; and the number of saved motions. */
+    /* Four numbers: one that identifies the byte order; the sizes of the saved part of the top and
+     * of the work of one motion, in bytes; and the number of saved motions. */
     uint64_t layout[4];
     uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
@@ -183,7 +183,7 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
            own->sign <= 1;
 }
 /* Returns 1 if the saved events are the events that `top` watches. If `take` is nonzero, copies the
- * saved states of the event searches to `top`. */
+ * saved states of the event searches into `top`. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -195,7 +195,7 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Recomputes the work of a method whose memory is not saved. Returns 0 and leaves the work
+/* Recomputes the data of a method that checkpoints do not contain. Returns 0 and leaves the work
  * unchanged if the method rejects the start. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {

@@ -1,7 +1,7 @@
 /* Conversion between the user's units and internal units for tops with more than 16 digits. (For
- * other tops see top.c.) The user's numbers are taken as exact. The attitude and the axes are
- * normalized once, in double-double. The working axes are the principal axes, so that the moments
- * need no change of axes. */
+ * other tops see top.c.) The user's numbers are treated as exact. The attitude and the axes are
+ * normalized once, in double-double. The working axes are the principal axes, so the moments need
+ * no conversion. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,7 +10,7 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the change of q* m q, in body axes of any length, by the low words of q and m. */
+/* Returns the change of q* m q due to the low words of q and m; q may have any length. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -23,9 +23,9 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd axes = qdd_of(top->axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components of the momentum along the axes of the body. If there are no low words,
- * each component has a single relative rounding error. An error relative to the whole vector would
- * be magnified by the small moment of a thin rod. */
+/* Returns the components of the momentum along the axes of the body. Without low words, each
+ * component is rounded once. A rounding error relative to the whole vector would be magnified by
+ * the small moment of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

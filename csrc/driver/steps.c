@@ -1,5 +1,5 @@
-/* The steps of the main motion, and its last valid state. A fixed-step motion is inspected (checked
- * to be finite) and saved every KR_CHECK steps. The check finds every failure, because a state that
+/* The steps of the main motion, and its last valid state. A fixed-step motion is inspected every
+ * KR_CHECK steps: it is checked to be finite, and saved. No failure is missed, because a state that
  * is not finite never becomes finite again. After a failure, the steps since the last save are
  * repeated to find the last valid state. An adaptive motion is inspected in every step; a dense
  * method checks its own steps. */
@@ -19,7 +19,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 /* Returns 1 if the state of the main motion is good. */
 static int is_main_good(const kr_top *top)
 {
-    kr_state state = {0}; /* zeros are not good, in case the method writes nothing */
+    kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }
@@ -70,7 +70,7 @@ kr_status kr_steps_recover(kr_top *top)
     int64_t good = top->saved_steps;
     restore_saved(top);
     while (top->steps < failed && status == KR_OK) {
-        status = step_main(top, 0.0); /* fixed-step methods ignore the limit */
+        status = step_main(top, 0.0); /* fixed-step methods ignore `until` */
         if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }
@@ -174,7 +174,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* a request between two grid points counts as a step for inspections */
+    top->inspect_at--; /* a request between grid points counts as a step */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;

@@ -27,8 +27,8 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial deviations and derivatives of all columns of the tangents. `next` points to the first
- * seed that is not written yet. */
+/* The initial deviations and derivatives of all columns of the tangents. `next` points to the next
+ * seed to be written. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
@@ -82,8 +82,8 @@ static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
     return vdd_scale(own, v_dd(a, none));
 }
 /* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
- * by this parameter is weight * com, and mass * com * k on a shaken support, with the acceleration
- * or its derivative k. */
+ * with respect to this parameter is weight * com. On a shaken support it is mass * com * k, where k
+ * is the acceleration or its derivative. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -180,8 +180,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits, the
- * computation is in doubles. `axes` is kr_extended_axes. */
+/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits,
+ * doubles are used. `axes` is kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -2,8 +2,8 @@
  * states. steps.c handles limits, checks for NaN and infinity, interruption and the last good
  * state. The points of a fixed-step motion have the times start.t + k * step. The points of an
  * adaptive motion are the ends of its own steps. The state at a time between two points is computed
- * by a second motion, started at the first of the two points. Requested times therefore never
- * change the path. */
+ * by a second motion, started at the first of the two points. Requested times therefore do not
+ * affect the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -68,8 +68,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the space at rest to the axes of a support that turns about e3. Both frames
- * coincide at the start. */
+/* Converts a state from the inertial frame to the axes of a support that turns about e3. The two
+ * frames coincide at the start. */
 static void turn_with_support(const kr_top *top, kr_state *state)
 {
     const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
@@ -172,7 +172,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
         if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
-        if (t == top->scene.start.t) { /* the top has not moved: its low words are still valid */
+        if (t == top->scene.start.t) { /* the low words are still valid */
             *state = top->scene.start;
             return KR_OK;
         }
@@ -261,8 +261,9 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if friction makes one of the requested derivatives undefined. This is so for the
- * derivative with respect to a friction of 0, and with respect to com if com is 0. */
+/* Returns 0 if friction makes one of the requested derivatives undefined. The derivative with
+ * respect to friction is undefined if the friction is 0, and that with respect to com if com is
+ * 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
@@ -450,9 +451,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records the states at the first of n times, for a method that evaluates many times in one call.
- * Each time must lie beyond the main motion and the previous time. Returns the number of recorded
- * states; it is 0 if record_one must process the first time. Writes the status of a failed step. */
+/* Records the states at as many of the first of n times as possible, for a method that evaluates
+ * many times in one call. Each time must lie beyond the main motion and the previous time. Returns
+ * the number of recorded states; it is 0 if record_one must process the first time. Writes the
+ * status of a failed step. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

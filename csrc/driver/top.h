@@ -66,9 +66,9 @@ static inline void kr_event_reset_search(kr_event *event)
 }
 
 /* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
- * zeros for pointers. Then follow the work of the main motion, and the work of the saved motion if
- * the method uses one. A change of the order of the fields changes the format, and the offsets
- * listed here. */
+ * zeros for pointers. These bytes are followed by the work of the main motion, and by that of the
+ * saved motion if the method uses one. A change of the order of the fields changes the format, and
+ * the offsets listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \

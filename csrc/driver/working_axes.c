@@ -3,7 +3,7 @@
 #include "top.h"
 
 /* Methods that need no special order of the axes use the principal axes. The attitude and the lever
- * are then not rounded, so that a small tilt keeps all its digits. */
+ * are then not rounded, so a small tilt loses no digits. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;

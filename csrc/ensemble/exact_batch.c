@@ -1,6 +1,6 @@
-/* Tops with a closed form, in batches. The states equal those of kr_exact_state, with one
- * exception: at the time of the start, the given start itself is returned. Tops with invalid times
- * are passed to the driver, which reports the error. */
+/* Tops with a closed form, in batches. The states equal those of kr_exact_state, except that at the
+ * time of the start the given start itself is returned. Tops with invalid times are passed to the
+ * driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
@@ -83,7 +83,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Stores the states of a top that were computed in place. */
+/* Stores the states of a top that were computed directly in the output array. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

@@ -1,8 +1,8 @@
 /* Test for a possible sign change of the event function in a step of the lanes. In a step the event
- * function is a polynomial, whose values are enclosed by its coefficients in Bernstein's basis. If
- * all coefficients have the last known sign of the function, the sign did not change. The test may
- * report a change where there is none, but never misses one; section.c searches the reported lanes.
- * This source is compiled once for each instruction set. */
+ * function is a polynomial. The coefficients of this polynomial in Bernstein's basis enclose its
+ * values. If all coefficients have the last known sign of the function, the sign did not change.
+ * The test may report a change where there is none, but never misses one; section.c searches the
+ * reported lanes. This source is compiled once for each instruction set. */
 #include "lane_series.h"
 
 /* Returns g at P and W, without the constant term. */

@@ -89,7 +89,7 @@ static void choose_order(kr_lanes *l, double tol)
 void kr_scheduler_configure(kr_worker *worker)
 {
     int i = 0;
-    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skips sets that this processor lacks */
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skip unsupported sets */
     worker->isa = kr_lanes_isa_at(i);
     worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
@@ -272,8 +272,8 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if the last step of a lane is valid. A step of length 0 is not valid; no such step is
- * known before the horizon. */
+/* Returns 1 if the last step of a lane is valid. A step of length 0 is not valid; before the
+ * horizon, no such step is known to occur. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];

@@ -179,8 +179,9 @@ INLINE wide approx_exp2_lanes(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
- * get more weight: if the pole of f' is the nearest singularity, all omitted terms of f have the
- * same sign. The omitted terms of P and W decrease faster than the n-th term suggests. */
+ * are weighted more strongly, because all omitted terms of f have the same sign if the pole of f'
+ * is the nearest singularity. The omitted terms of P and W decrease faster than the n-th term
+ * suggests. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

@@ -1,15 +1,15 @@
-/* Taylor series of heavy tops in lanes: each lane of a vector holds one top with its own step size.
- * Private to ensemble/.
+/* Taylor series of heavy tops in lanes: each lane of a vector holds one top, which has its own step
+ * size. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The heading f and P determine the attitude. A term of the series therefore needs 12 products of
- * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). Only 2 are needed
- * for (W, P), because (AW, P) is constant. A series of q would need 21 products. The constant d is
- * the value of P at the start of a step, far from the pole of the quotient at P = -d. The distance
- * from this pole limits the step. The units are those of taylor.h, in which |W| < 1. Energy and
- * momenta are conserved up to the tolerance only. */
+ * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). The product (W, P)
+ * needs only 2, because (AW, P) is constant. A series of q would need 21 products. The constant d
+ * is the value of P at the start of a step, far from the pole of the quotient at P = -d. The
+ * distance from this pole limits the step. The units are those of taylor.h, in which |W| < 1.
+ * Energy and momenta are conserved up to the tolerance only. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -50,7 +50,7 @@ typedef struct kr_lanes {
      * axes of the lane, and the momentum for W = 1 along each axis. */
     kr_lane_quaternion axes;
     kr_lane_vector moment;
-    kr_lane_quaternion out_q; /* result of `sample`: the user's q and m */
+    kr_lane_quaternion out_q; /* result of `sample`: q and m in the user's frame and units */
     kr_lane_vector out_m;
     int order, skip_heading;
     double log2_tol;
@@ -66,7 +66,7 @@ typedef struct kr_growth {
     kr_lane_number max, last;    /* the largest and the last ln|delta| */
     kr_lane_number truncation;   /* square of the largest relative last term */
 } kr_growth;
-/* One tangent for each lane. The names are those of taylor/tangents.h. */
+/* One tangent for each lane, with the notation of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */

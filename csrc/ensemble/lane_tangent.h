@@ -180,7 +180,7 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
 /* Returns the squared length of remove_known(d). The error is about one rounding error of the
- * squared length of `d`. This accuracy is sufficient for the terms of a mean. */
+ * squared length of `d`. This accuracy suffices for the terms of a mean. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -231,8 +231,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
- * square of the largest last term relative to its deviation. */
+/* The integrals of ln|delta| and of ln|delta| ln t, and the largest and the last ln|delta|. Also
+ * the square of the largest last term relative to its deviation. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
@@ -426,8 +426,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit of a deviation's last term. Also sets, for each node inside a step, the number of
- * terms larger than 2^-24. The n-th term is about tol^(n/order) at the end of the step, and x^n
+/* Sets the limit of a deviation's last term. Also sets the number of terms larger than 2^-24 at
+ * each node inside a step. The n-th term is about tol^(n/order) at the end of the step, and x^n
  * times as large at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {

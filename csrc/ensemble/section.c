@@ -1,6 +1,6 @@
-/* Sections of many tops: the states at which each top meets an event. Lanes can detect an event
- * that is linear in the components of the vertical and the angular velocity along the axes of the
- * body, such as the height of the apex. A lane stops where the event function may have changed its
+/* Sections of many tops: the states at which each top meets an event. Lanes can detect an event,
+ * such as the height of the apex, if it is linear in the components of the vertical and the angular
+ * velocity along the axes of the body. A lane stops where the event function may have changed its
  * sign; this file then searches the last step of the lane. Tops with other events are integrated
  * and searched in scalar runs (events/event_search.c). */
 #include "events/sign_changes.h"

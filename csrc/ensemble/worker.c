@@ -1,5 +1,5 @@
-/* A worker computes the motion of many tops. It allocates memory once, dispatches each top, and
- * writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
+/* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
+ * and writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
  * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
@@ -95,8 +95,8 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    /* Closed forms would not become faster, and motions on turning supports depend on the
-     * heading. */
+    /* Without the heading, closed forms would not be faster, and motions on turning supports would
+     * be undefined. */
     if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
@@ -124,8 +124,8 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return kr_scene_turns(scene) ? KR_ERR_TURNING : KR_ERR_ROTOR;
 }
-/* Returns the top for a scalar run. The batches of closed forms leave out tops on turning supports,
- * which have the same closed form as a single top has by default. */
+/* Returns the top for a scalar run. Tops on turning supports also have a closed form, but they are
+ * computed one by one, because batches do not support them. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -200,8 +200,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up to a multiple of 64 bytes. A vector in two cache lines takes twice the time to
- * load. */
+/* Rounds a size up to a multiple of 64 bytes. A vector that spans two cache lines takes twice the
+ * time to load. */
 static size_t round_to_lines(size_t size)
 {
     const size_t line = LINE_DOUBLES * sizeof(double);

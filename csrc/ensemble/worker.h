@@ -1,6 +1,6 @@
-/* The worker, shared by the files of ensemble/: worker.c dispatches tops, exact_batch.c evaluates
- * closed forms in batches, lane_scheduler.c integrates tops in lanes, section.c finds events, and
- * reduce.c reduces states. */
+/* The worker, shared by the files of ensemble/. worker.c dispatches tops, and exact_batch.c
+ * evaluates closed forms in batches. lane_scheduler.c integrates tops in lanes, section.c finds
+ * events, and reduce.c reduces states. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -15,18 +15,18 @@ typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
     double start, time_unit, rate, horizon, forward, requested;
-    double start_noise; /* sections: until a first sign is known, smaller values count as zero */
+    double start_noise; /* in sections, smaller values count as zero until a first sign is known */
     kr_state last;
 } kr_slot;
 
 struct kr_worker {
     kr_config config;
     const kr_method *method; /* NULL: chosen for each top */
-    kr_top *fallback;     /* for tops that cannot run in lanes: a top of the method, or of taylor */
-    kr_top *exact_top;    /* a top of the closed form; NULL for other methods */
-    kr_exact_form *plans; /* the closed forms of a batch; NULL if `exact_top` is NULL */
-    const kr_tops *tops;  /* the tops of the current call */
-    int is_section;       /* nonzero: compute a section with `event` */
+    kr_top *fallback;        /* for tops that cannot run in lanes: uses the method, or taylor */
+    kr_top *exact_top;       /* uses the closed form; NULL for other methods */
+    kr_exact_form *plans;    /* the closed forms of a batch; NULL if `exact_top` is NULL */
+    const kr_tops *tops;     /* the tops of the current call */
+    int is_section;          /* nonzero: compute a section with `event` */
     kr_event event;
     int interrupted;
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
@@ -55,7 +55,7 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
-/* Integrates top i alone, in the memory of `top`. */
+/* Integrates top i outside of the lanes, in the memory of `top`. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the config for top i. The sign of the step is set by the last time of the top. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);

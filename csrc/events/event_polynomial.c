@@ -1,6 +1,6 @@
 /* Event functions as polynomials over a step. An event function is a sum of products of two
  * components, computed by Cauchy products from the coefficients of the step. A component along an
- * axis of the body is linear in the attitude q, the vertical P and the angular velocity W. For
+ * axis of the body is linear in the attitude q, in the vertical P or in the angular velocity W. For
  * components in space, with a unit vector e in space and a vector v in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * All numbers are in the units of the step: powers of two in which every component is at most
@@ -25,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The first letter of the dimension shows whether
- * the component is a momentum, a rate or a pure number. */
+/* Returns the unit of a component, a power of two. Whether the component is a momentum, a rate or a
+ * pure number follows from the first letter of its dimension. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -86,7 +86,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Sets all elements of `s` to 0 except those of the coefficients. */
+/* Sets the elements of `s` before and after the coefficients to 0. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -254,8 +254,8 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound of the size of a component, relative to its unit. The unit of rates is
- * chosen for rotations about the axis of the smallest moment. About the other axes, the energy of a
- * thin body allows much slower rotations only. */
+ * chosen for rotations about the axis of the smallest moment. About its other axes, the energy of a
+ * thin body allows only much slower rotations. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -290,7 +290,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to `end`, which have the same first component. */
+/* Adds the terms from `t` up to, but not including, `end`; they have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;

@@ -9,8 +9,8 @@ enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes g, or dg/ds for an extremum, as a polynomial in s = 0 .. 1 over the step, and returns the
- * degree. At the time where two steps meet, their polynomials agree up to rounding, whatever the
- * tolerance. c has KR_TERMS_ROOM elements. */
+ * degree. The polynomials of two consecutive steps agree up to rounding at their common time, for
+ * any tolerance. c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
 /* Values below this fraction of the function's bound count as zero. At the start, KR_TERMS_START is

@@ -1,13 +1,13 @@
 /* Advances a top from event to event. Each step is first computed as if there were no events, and
  * then searched for them. Events therefore never change the path. Each event stores its next sign
- * change in the last step. When the top has passed this sign change, the search continues after the
- * sign change. */
+ * change in the last step. When the top has passed this sign change, the search continues from
+ * there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
 /* Converts `clock`, a time inside the last step in internal units, to the user's time. If rounding
- * has moved the result out of the step, moves it back by one double. */
+ * moves the result out of the step, returns the next double inside the step. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -166,7 +166,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
         if (found.index >= 0 ||
             !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
             break;
-        status = kr_steps_dense(top, top->forward * INFINITY); /* an event may come before t */
+        status = kr_steps_dense(top, top->forward * INFINITY); /* an event may occur before t */
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;

@@ -1,11 +1,11 @@
 /* All changes of sign of a polynomial. In Bernstein's basis the coefficients of a polynomial
  * enclose its values, and their differences enclose its slope. If all coefficients on an interval
- * have one sign, the interval contains no root. If all differences have one sign, it contains no
- * extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until the values
- * cannot be distinguished from zero. Only values above the rounding noise have a sign. If the
- * polynomial stays below the noise between two roots, the roots count as a contact, not as changes
- * of sign. A root at the common point of two steps is found exactly once, because the last sign of
- * one step is carried over to the next. */
+ * have one sign, the interval contains no root. If all differences have one sign, the interval
+ * contains no extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until
+ * the values cannot be distinguished from zero. Only values above the rounding noise are considered
+ * to have a sign. If the polynomial stays below the noise between two roots, the polynomial only
+ * touches zero there, and no change of sign is reported. A root at the common point of two steps is
+ * found exactly once, because the last sign of one step is carried over to the next. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -63,8 +63,9 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. This
- * holds if the polynomial has one sign, is monotonic, or is zero up to noise. */
+/* Returns 1 if the value at the end of the interval determines whether the sign changes in the
+ * interval. This is the case if the polynomial has one sign, is monotonic, or is zero up to
+ * noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

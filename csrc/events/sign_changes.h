@@ -8,10 +8,10 @@ typedef struct kr_sign_search {
     int degree;         /* at most KR_POLYNOMIAL_ORDER_MAX */
     double noise;       /* values up to this size count as zero */
     double start_noise; /* as `noise`, until a first sign is known */
-    int sought;         /* seek changes to this sign only; 0: to either sign */
+    int sought;         /* search for changes to this sign only; 0: to either sign */
     int side;           /* the last sign known with certainty; 0: none so far */
     double mark;        /* where the search continues */
-    double root;        /* the position of the change of sign to `side`, if it was sought */
+    double root;        /* position of the change of sign to `side`, if it was searched for */
     int used;           /* number of terms in use, minus one */
     double tail;        /* bound of the sum of the omitted terms */
     double tail_slope;  /* bound of the slope of the omitted terms */

@@ -1,6 +1,6 @@
 /* Conversion of a user's scene to the axes and units of the closed form, for Kowalewski and
- * Goryachev-Chaplygin tops. Their bodies have two equal moments, and the centre of mass is
- * perpendicular to the odd axis, which is the principal axis of the third, different moment. Axis 3
+ * Goryachev-Chaplygin tops. These bodies have two equal moments. The odd axis is the principal axis
+ * of the third moment, and the centre of mass lies in the plane perpendicular to this axis. Axis 3
  * of the closed form is the odd axis. Axis 1 is the direction of the centre of mass, times `side`
  * and the sign of gravity. In these units mass * |gravity| * |com| = 1.
  *
@@ -11,7 +11,7 @@
 #include "single.h"
 #include "torus.h"
 
-/* A body's odd axis, and the direction and distance of its centre of mass. */
+/* The odd axis of a body, and the direction and distance of its centre of mass. */
 typedef struct across_body {
     int odd;
     double com[2];  /* components along the two other axes, divided by a power of two */
@@ -26,7 +26,7 @@ typedef struct across_way {
     kr_quat turn;     /* closed form's axes -> working axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } across_way;
-/* The start of a scene, along the axes and in the units of the closed form. */
+/* The initial state of a scene, in the axes and units of the closed form. */
 typedef struct across_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
@@ -99,7 +99,7 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Begins a plan in the axes and units of the closed form, at time 0. */
+/* Initializes a plan in the axes and units of the closed form, at time 0. */
 static void begin_torus(kr_torus *torus)
 {
     memset(torus, 0, sizeof *torus);
@@ -107,7 +107,7 @@ static void begin_torus(kr_torus *torus)
     torus->frame = q_one();
 }
 /* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
- * it to internal units and working axes instead, with time 0 at the beginning. */
+ * the plan to internal units and working axes instead, with time 0 at the beginning. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -132,8 +132,8 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative error with which a body fits the closed form. The equal moments
- * should be `ratio` times the odd moment, and the centre of mass should lie in the plane
+/* Returns the largest relative deviation of a body from one that has the closed form. The equal
+ * moments should be `ratio` times the odd moment, and the centre of mass should lie in the plane
  * perpendicular to the odd axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {

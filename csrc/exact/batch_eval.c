@@ -29,7 +29,7 @@ INLINE void frame(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Writes the eight arrays of a block as states, by transposition. */
+/* Transposes the eight arrays of a block and writes them as states. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -38,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. This helps if the states exceed the cache, because ordinary stores
- * first read each line of the cache. */
+/* `stream` bypasses the cache. Bypassing the cache is faster if the states exceed it, because
+ * ordinary stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -66,7 +66,7 @@ INLINE void end_stream(void) {}
  * remainder loop is needed. */
 static void states(const kr_exact_form *exact, batch *b, int count)
 {
-    /* No store can change a local copy, so the compiler can keep its numbers in registers. */
+    /* The compiler can keep a local copy in registers, because no store can change it. */
     const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
     if (e.curve == LAGRANGE)
@@ -80,7 +80,7 @@ static void states(const kr_exact_form *exact, batch *b, int count)
     if (e.framed != 0.0) frame(&e, b, n);
 }
 /* Replaces the states at times beyond the range of the kernel. Most blocks have no such times. A
- * loop without branches finds out whether a block has any. */
+ * loop without branches checks whether a block has any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,16 +1,17 @@
-/* The closed forms of many tops. Heavy tops are computed in lanes, and get the same bits in a lane
- * as alone (lane_types.h). All other tops are computed one by one, among them free tops, tops at
- * rest at a pole, and invalid ones. This file is compiled once for each instruction set. */
+/* The closed forms of many tops. Heavy tops are computed in lanes, with results bitwise equal to
+ * those of a single top (lane_types.h). All other tops are computed one by one. Among them are free
+ * tops, tops at rest at a pole, and invalid ones. This file is compiled once for each instruction
+ * set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* If tops have more than FEW_TIMES times, the states of each top are evaluated separately. GROUPS
- * vectors of tops are set up together. */
+/* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
+ * GROUPS vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame. These doubles are the first members of a
+/* Number of doubles of a closed form without its frame. These doubles come first in a
  * kr_exact_form. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
@@ -29,7 +30,7 @@ typedef struct body_data {
     int framed[2]; /* 1 if frame[0], or frame[1] with up and down exchanged, is set */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
-    int gravity_power; /* exponent of gravity minus that of the unit of moment */
+    int gravity_power; /* exponent of gravity minus exponent of the unit of moment */
     kr_swing swing;
 } body_data;
 
@@ -49,9 +50,9 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* Tops that wait until GROUPS vectors are full. */
+/* The queue of tops that wait until GROUPS vectors are full. */
 typedef struct batch_queue {
-    int count, turned[2]; /* number of tops; 1 if AXES, or the working axes, matter */
+    int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];
@@ -80,7 +81,7 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the frame of a top with this body. If `below` is nonzero, the closed form is that of the
+/* Writes the frame of a top with this body. If `below` is nonzero, the closed form describes the
  * top with up and down exchanged. Returns 0 if the top needs no frame. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
@@ -123,9 +124,9 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* Guesses whether u3 is the root that lone_root returns. The guess uses the cubic in u of this
  * motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same guess are set up together. Few vectors then need both branches of the set-up.
- * Nothing else depends on the guess. `lever` is in internal units; m is in the user's units except
- * for the unit of time. */
+ * Tops with the same guess are set up together. Therefore few vectors need both branches of the
+ * set-up. Nothing else depends on the guess. `lever` is in internal units; m is in the user's units
+ * except for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -146,7 +147,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Powers of two with larger exponents may exceed the range of doubles. */
+    /* Larger exponents may give powers of two beyond the range of doubles. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -168,8 +169,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Rotates the attitudes by the axes whose inputs begin at index `axes`. Lanes whose axes are the
- * identity keep their bits. */
+/* Rotates the attitudes by the axes whose inputs begin at index `axes`. Where the rotation of the
+ * axes is the identity, the lane is left bitwise unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -206,8 +207,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the mask of the lanes that have gravity and can be set up by lagrange_moving. In these
- * lanes the axis is tilted or moves so much that kr_exact_resolves also returns 1. */
+/* Returns the mask of the lanes with gravity that lagrange_moving can set up. In these lanes the
+ * axis is tilted, or moves, far enough that kr_exact_resolves returns 1, too. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -217,8 +218,8 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* Results of a group, one bit for each lane. `alone` marks tops that must be set up one by one.
- * `refused` marks tops with a rate beyond the range of doubles. */
+/* Results of a group, one bit for each lane. `alone` marks tops that must be set up one by one, and
+ * `refused` those with a rate beyond the range of doubles. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;

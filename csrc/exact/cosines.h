@@ -10,7 +10,7 @@
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The values cos(pi * i / GRID), computed for the multiples i of `stride`. */
+/* The values cos(pi * i / GRID). Only the values at multiples of `stride` have been computed. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];

@@ -18,7 +18,7 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the first instruction set of the table that this processor supports. Every processor
+/* Returns the widest instruction set in the table that this processor supports. Every processor
  * supports the last one. */
 static const kr_exact_isa *widest_isa(void)
 {
@@ -75,8 +75,8 @@ double kr_turning_potential(const kr_turning *turning, double nutation)
                  across = sum + difference;
     return across * across / (8.0 * r.inertia) + r.axial_energy + r.lever * cos(nutation);
 }
-/* The states of maps are evaluated one at a time, so vectors wider than those of AVX2 would bring
- * no gain. */
+/* States of the Bobenko-Suris map are evaluated one at a time, so vectors wider than those of AVX2
+ * would not be faster. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_WITH_AVX2
@@ -93,7 +93,7 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state((const kr_exact_map_form *)(const void *)map, k);
 }
-/* The batches have a separate table, so that programs for single tops do not link them. */
+/* Batches have a separate table, so that programs that compute single tops do not link them. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {

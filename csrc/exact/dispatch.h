@@ -23,11 +23,11 @@ typedef struct kr_exact_maps {
 /* Evaluates many states (batch_eval.c). */
 typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[],
                                kr_state out[]);
-/* A request for n tops. If `plans` is not NULL, it receives their closed forms. `states` receives
- * the states of each top at `times` times; the states of top i begin at states[i * times]. All tops
- * have the times t[0], t[1], ..., unless `own_times` is nonzero. Then the times of top i begin at
- * t[i * times]. `status` receives the result of kr_exact_plan for each top. Nothing else is written
- * for a refused top. All results are bitwise equal to those of kr_exact_plan and
+/* A request for n tops. If `plans` is not NULL, it receives the closed forms of these tops.
+ * `states` receives the states of each top at `times` times; those of top i begin at index i *
+ * times. If `own_times` is zero, all tops have the times t[0], t[1], ... Otherwise the times of
+ * top i begin at t[i * times]. `status` receives the result of kr_exact_plan for each top. Nothing
+ * else is written for a refused top. All results are bitwise equal to those of kr_exact_plan and
  * kr_exact_state. */
 typedef struct kr_exact_request {
     size_t n;

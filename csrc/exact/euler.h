@@ -89,7 +89,7 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Smaller components count as zero, because their squares are negligible. */
+    /* Smaller components are treated as zero, because their squares are negligible. */
     const double least = 1e-75 * size.hi;
     const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
@@ -126,8 +126,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
- * elliptic integral of the first kind. Their scales follow from their sizes at the turning heights:
- * `above` is the largest |beta|, and `below` is the largest |alpha|. */
+ * elliptic integral of the first kind. The scales of the series follow from their values at the
+ * turning heights: `above` is the largest |beta|, and `below` is the largest |alpha|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -217,8 +217,8 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin is defined for the axis on the side of the momentum, but here the axis lies
-     * along -e3. */
+    /* The mean spin refers to the axis on the side of the momentum, but here the axis lies along
+     * -e3. */
     exact->spin = -exact->spin;
 }
 /* Returns the closed form of a body without torque, in internal units. `half_turn` is as in

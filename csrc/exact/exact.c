@@ -1,10 +1,10 @@
-/* The closed form as a method, for Lagrange, Kowalewski and Goryachev-Chaplygin tops, and for any
- * body without torque. It needs no intermediate steps, its error does not grow, and it conserves
- * all integrals. A step ends at the requested time. Without a requested end, a step is one period
- * of the nutation, or one period of the first angle for a Kowalewski or Goryachev-Chaplygin top.
- * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top; Jacobi (1849) for the
- * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
- * Goryachev-Chaplygin top, except for its heading. */
+/* The method `exact`: the closed form of Lagrange, Kowalewski and Goryachev-Chaplygin tops, and of
+ * any body without torque. The method needs no intermediate steps, its error does not grow, and it
+ * conserves all integrals. A step ends at the requested time. Without a requested end, a step is
+ * one period of the nutation, or one period of the first angle for a Kowalewski or
+ * Goryachev-Chaplygin top. Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange
+ * top; Jacobi (1849) for the free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski
+ * top; Chaplygin (1901) for the Goryachev-Chaplygin top, except for its heading. */
 #include "dispatch.h"
 #include "method.h"
 #include "model/scene.h"
@@ -33,7 +33,7 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* Returns the form for bodies of this kind, or NULL. */
+/* Returns the closed form for bodies of this kind, or NULL if there is none on a torus. */
 static const kr_torus_form *find_torus_form(kr_kind kind)
 {
     const kr_torus_form *const *form = torus_forms;
@@ -60,7 +60,7 @@ size_t kr_exact_extra_doubles(void)
 }
 
 /* The work of the method begins with a kr_exact_form. If `aux` points to a kr_torus_form, the state
- * comes from a plan behind the kr_exact_form, and the kr_exact_form has the period only. */
+ * is computed from a plan stored after the kr_exact_form, which then has only the period. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;
@@ -81,7 +81,7 @@ static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 }
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
-    (void)start; /* `start` was rounded by the conversion to working axes; the scene was not. */
+    (void)start; /* not used: the conversion to working axes has rounded it */
     const kr_torus_form *form = find_torus_form(kr_scene_kind(motion->scene));
     const kr_status status =
         form ? reset_torus(motion, form)

@@ -96,7 +96,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
 /* Sets the bound of the slip, and the numbers of terms and the tolerance of Newton's method. The
- * least derivative of the time is the least |m|, which is the distance between the two arcs. */
+ * least derivative of t with respect to tau is the least |m|, which is the distance between the two
+ * arcs. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -149,7 +150,7 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the name of a degenerate motion, or `refusal` if the motion has no name. */
+/* Returns the named refusal of a degenerate motion, or `refusal` if the motion has no name. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
                                         kr_chaplygin_refusal refusal)
 {
@@ -170,8 +171,8 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    /* If G is zero, two branch points coincide. In this case, a neighbouring motion is used. Both
-     * differ by less than rounding errors, except that planar motions may be unstable. */
+    /* If G is zero, two branch points coincide. In this case, a neighbouring motion is used. The
+     * two motions differ by less than rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
@@ -282,8 +283,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan. It is the largest of three errors: of the omitted terms, of a
- * state near the start, and of the heading due to rounding. The last is the rounding error of the
+/* Returns the certificate of a plan: the largest of the errors of the omitted terms, of a state
+ * near the start, and of the heading due to rounding. The last is the rounding error of the
  * heading's rate, a mean over the grid, divided by the rate of an angle. The rates of the angles
  * are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,

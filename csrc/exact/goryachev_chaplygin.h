@@ -31,13 +31,13 @@ typedef struct kr_angle_series {
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
 /* The terms of the heading for one multiple of the first angle. Each pair has the coefficients of
- * the cosine and of the sine of one multiple of the second angle. These multiples are `from`, from
- * + 1, ... */
+ * the cosine and of the sine of one multiple of the second angle. The multiples of the second angle
+ * are `from`, from + 1, ... */
 typedef struct kr_heading_row {
-    int first, from, count; /* `first` is the index of the multiple; some have no row */
+    int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;
-/* A term of the heading whose frequency is nearly zero. Such a term is integrated from the start,
- * because its coefficient in the series would be very large. */
+/* A term of the heading whose frequency is nearly zero. The coefficient of such a term would be
+ * very large in the series, so the term is integrated from the start. */
 typedef struct kr_slow_term {
     int first, second;          /* multiples of half of each angle */
     double rate, value, over;   /* over = value/rate */

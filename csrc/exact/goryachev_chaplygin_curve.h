@@ -22,7 +22,7 @@
 enum { GRID = 2048 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Roots 0, 1 and 2 are those of p+. Roots 3, 4 and 5 are those of p-. */
+/* Roots 0, 1 and 2 belong to p+, and roots 3, 4 and 5 to p-. */
 enum { CURVE_ROOTS = 6 };
 
 typedef struct chaplygin_curve {
@@ -152,7 +152,7 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), which are the square roots of |p+|/2 and
- * |p-|/2, given sine and cosine of x/2. Both are positive between x = 0 and pi. */
+ * |p-|/2, given sine and cosine of x/2. Both square roots are positive between x = 0 and pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -175,7 +175,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* The samples of the integrands on one arc, and their sums. */
+/* Samples of the integrands on one arc, and their sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -220,7 +220,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the sum of one sine series of an arc, number `which`. */
+/* Returns the sum of the sine series of an arc with index `which`. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

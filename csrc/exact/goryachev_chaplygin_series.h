@@ -7,8 +7,8 @@
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). The integral of
  * each term has a sum or difference of multiples of the two rates as its divisor. If this makes a
  * term large, the term is integrated from the start instead (kr_slow_term). The error of this term
- * grows by one rounding error of its coefficient for each radian of the heading. This is less than
- * the effect of a rounding error of the start.
+ * grows by one rounding error of its coefficient for each radian of the heading. This error is
+ * smaller than the effect of a rounding error of the start.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -197,9 +197,9 @@ static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
             w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
     }
 }
-/* Transforms the heading's rate on a grid. Grid 0 gets the coefficients of the sines of the first
- * angle, and grid 1 those of its cosines. Each row of a grid belongs to one multiple of the first
- * angle, and each column to one multiple of the second. */
+/* Transforms the heading's rate on a grid. Grid 0 receives the coefficients of the sines of the
+ * first angle, and grid 1 those of its cosines. Each row of a grid belongs to one multiple of the
+ * first angle, and each column to one multiple of the second. */
 static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
 {
     const int width = M[1] + 1, sine = !angle[0].is_sine[0];
@@ -216,8 +216,8 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Computes how small the coefficients are in the last eighth along each axis, relative to the
- * largest coefficient. */
+/* Computes the size of the coefficients in the last eighth along each axis, relative to the largest
+ * coefficient. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -236,8 +236,8 @@ static int has_room(const int M[2], int j)
 {
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
-/* Doubles the grid until the last coefficients are as small as rounding errors, or no room is left.
- * Returns the relative size of the last coefficients. */
+/* Doubles the grid until the last coefficients are as small as rounding errors, or until no room is
+ * left. Returns the relative size of the last coefficients. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -255,14 +255,15 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two terms for a multiple of each angle: one for the sum of the multiples, one for the
- * difference. A term is `value` times a cosine or sine. Integration divides the term by `rate`. */
+/* The two terms of the heading that belong to a multiple of each angle. The frequency of one is the
+ * sum of the multiples of the rates, and the frequency of the other is their difference. A term is
+ * `value` times a cosine or sine. Integration divides the term by `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;
 
-/* Appends a slow term: that of the sum of the multiples if `way` is 1, that of the difference if
- * `way` is -1. Returns 0 if there is no room. */
+/* Appends the slow term of the sum of the multiples (`way` 1) or of their difference (`way` -1).
+ * Returns 0 if there is no room. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {

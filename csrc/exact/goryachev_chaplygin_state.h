@@ -1,5 +1,5 @@
 /* The state of a Goryachev-Chaplygin top at time t, from its plan. The same kernel evaluates one
- * time, or one time in each lane. A time gives bitwise equal results in a lane and alone.
+ * time, or one time in each lane. Results in a lane and for a single time are bitwise equal.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -7,13 +7,14 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], and the cosines and sines of i/2 times the angle at index i. */
+/* Half of an angle [turns], and arrays of cosines and sines. Element i belongs to i/2 times the
+ * angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
 } angle_lanes;
 
-/* Sets the other cosines and sines from those of half of the angle. */
+/* Computes the cosines and sines of the multiples from those of half of the angle. */
 INLINE void fill_angle(angle_lanes *a)
 {
     a->c[0] = wide_splat(1.0);
@@ -79,8 +80,8 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
     return finish_part(e, which, &p, a);
 }
-/* Writes the sums c and s of both angles. The four series have the same number of terms. They are
- * summed together, because the steps of a single recurrence depend on each other. */
+/* Writes the sums c and s of both angles. The four series have the same number of terms. All four
+ * are summed in parallel, because the steps of a single recurrence depend on each other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -121,8 +122,9 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
 /* Returns the slip, which is the difference between tau and its mean growth. `half` contains half
  * of each mean angle. The first steps of Newton's method use the first terms of the series only.
  * The later steps are confined to a bracket, which exists because t grows monotonically with tau. A
- * step that is not at most half of the last step is replaced by bisection, because Newton's method
- * can alternate between two points on both sides of the solution. Writes the true angles to `a`. */
+ * Newton step is replaced by bisection unless it is at most half as long as the previous step,
+ * because Newton's method can alternate between two points on either side of the solution. Writes
+ * the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -150,7 +152,7 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
     return slip;
 }
-/* Cosine and sine of multiple k of the second angle, at the indices 2 k and 2 k + 1. */
+/* cos(k a) and sin(k a) of the second angle a, at indices 2k and 2k + 1. */
 typedef struct heading_waves {
     wide w[2 * HEADING_WIDE];
 } heading_waves;
@@ -250,7 +252,7 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     return sum;
 }
 /* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
- * growth of tau since the start. The frame of the plan makes it a state of the frame of
+ * growth of tau since the start. The frame of the plan transforms it to the frame of
  * description. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)

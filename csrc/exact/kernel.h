@@ -1,6 +1,6 @@
-/* The state of the closed form at time t. The same kernel evaluates single times and many times. It
- * has no branches and calls no function but sqrt, so compilers can vectorize a loop over times. It
- * gives bitwise equal results for every width of vectors. This header is compiled once for each
+/* The state of the closed form at time t. The same kernel evaluates single times and many times.
+ * The kernel has no branches and calls only sqrt, so compilers can vectorize a loop over times.
+ * Results are bitwise equal for all vector widths. This header is compiled once for each
  * instruction set, because the loop uses the vectors of that instruction set. In the formulas e is
  * the closed form; a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
@@ -27,7 +27,7 @@ INLINE wide of_bits(wide_integer bits)
     r.bits = bits;
     return r.value;
 }
-/* Returns the integer nearest to x, for |x| < 2^51. A sum with 1.5 * 2^52 has no bits for a
+/* Returns the integer nearest to x, for |x| < 2^51. Adding 1.5 * 2^52 leaves no bits for a
  * fraction. */
 INLINE wide nearest(wide x)
 {
@@ -36,7 +36,7 @@ INLINE wide nearest(wide x)
 }
 /* Returns a phase at time t [turns], up to whole turns. The high word lies between 0 and 2.
  * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
- * the high word. Without it, this error would be half of the error of a state. */
+ * the high word. Without the low word, this error would be half of the error of a state. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -187,7 +187,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* 0, or NaN if the attitude is NaN. Added to the constant momentum, it makes the momentum NaN
+    /* 0, or NaN if the attitude is NaN. Adding this to the constant momentum makes the momentum NaN
      * as well. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};

@@ -1,5 +1,5 @@
-/* States of a Goryachev-Chaplygin top at many times. One time is computed in each lane, with the
- * same bits as alone. This file is compiled once for each instruction set. */
+/* States of a Goryachev-Chaplygin top at many times. Each lane computes one time, with results
+ * bitwise equal to those for a single time. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "goryachev_chaplygin_state.h"
 

@@ -4,8 +4,8 @@
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"
 
-/* Number of points of the torus at which plans are checked, and the certificate above which sums
- * without cancellation are checked as well. */
+/* Number of points of the torus at which plans are checked. Sums without cancellation are checked
+ * as well if the certificate exceeds a limit. */
 enum { POINTS = 256 };
 #define DOUBTFUL 5e-15
 
@@ -72,8 +72,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of integrals at points of the torus. The sums are fitted to fewer
- * samples. Near saddles, the errors between these samples are up to 1e4 times as large as at the
+/* Returns the largest error of integrals at points of the torus. The sums were fitted to fewer
+ * samples. Near saddles, errors between the samples are up to 1e4 times as large as those at the
  * samples. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {

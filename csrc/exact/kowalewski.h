@@ -1,4 +1,4 @@
-/* The plan of a Kowalewski top (torus.h). The axes are those of kowalewski_curve.h. The attitude
+/* The plan of a Kowalewski top (torus.h). The axes are defined in kowalewski_curve.h. The attitude
  * (w, x, y, z) of these axes in space, and the angular velocity (p, q, r) along them, are
  *     w + iz = i (S - T) e/2D,   x + iy = (S + T) e/2D,   p = P/D,   q = Q/D,   r = R/D,
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
@@ -22,7 +22,7 @@ typedef struct kr_sum_row {
 typedef struct kr_theta_sums {
     kr_kowalewski head;
     kr_torus torus;  /* its phases are theta1/2, theta2/2 and the phase of e */
-    int dual;        /* 1 for the dual sums of kowalewski_dual.h */
+    int dual;        /* 1 if the sums are the dual sums of kowalewski_dual.h */
     int wide[2];     /* the largest |k1| and |k2| */
     double bend[3];  /* of dual sums: the elements of 2 pi^2 B^-1 */
     double twist[2]; /* of dual sums: turns of e for half a turn of each angle */

@@ -15,7 +15,7 @@
 typedef struct heading_pole {
     dd a, b, value; /* g, or 0 if the pole is not treated separately */
     double whole;   /* the average in closed form: 1/2 or -1/2, or 0 */
-    int close;      /* 1 if the pole is too near the arc's end for an accurate quotient there */
+    int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
 /* Returns root i minus the pole w, to full precision even if the difference is small. */
@@ -28,7 +28,7 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Sets the poles that matter for an arc. Returns their number. */
+/* Sets the poles that are treated separately on an arc. Returns their number. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -50,7 +50,7 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     }
     return count;
 }
-/* The samples of the integrands on one arc, and their sums. */
+/* Samples of the integrands on one arc, and their sums. */
 typedef struct samples {
     dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
     dd sum[3];
@@ -90,7 +90,8 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
     }
 }
 /* Replaces the heading's sample at an end of the arc, where a close pole makes the quotient
- * inaccurate. The new value is that of an even polynomial through the neighbouring samples. */
+ * inaccurate. The new value is interpolated by an even polynomial through the neighbouring
+ * samples. */
 static void mend_end(samples *v, int end, int stride)
 {
     const int way = end ? -stride : stride;
@@ -140,8 +141,8 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* Converts the sine series of the two integrals to this arc's shares of theta1 - x1 and theta2 -
- * x2, where x1 and x2 are the variables of the arcs. */
+/* Converts the sine series of the two integrals to the contributions of this arc to theta1 - x1 and
+ * theta2 - x2, where x1 and x2 are the variables of the arcs. */
 static void set_sines(kowalewski_arc *arc, double way, double p1, double q1, double p2, double q2,
                       double det)
 {

@@ -42,7 +42,7 @@ typedef struct kowalewski_arc {
     int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
     dd p, q, pole;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
     int points;           /* number of intervals used */
-    double sine[2][GRID]; /* this arc's shares of theta1 - x1 and theta2 - x2 */
+    double sine[2][GRID]; /* contributions of this arc to theta1 - x1 and theta2 - x2 */
 } kowalewski_arc;
 
 /* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
@@ -134,7 +134,7 @@ static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
  * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
 typedef struct close_roots {
-    int apply; /* 1 if fewer digits cancel here than in a - e */
+    int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
     double resolution;
 } close_roots;
@@ -179,8 +179,7 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* The distances of w1 from k and from the lower end of its arc, and of w2 from the end of its
- * arc. */
+/* Distances of w1 from k and from the lower end of its arc, and of w2 from the end of its arc. */
 typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
@@ -201,8 +200,8 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
 /* Solves the equations of separate by iteration from approximate gaps. `product` has (k - w1)(k -
- * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The equations are used in
- * the order in which an error of `below` decreases fastest. */
+ * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The order of the
+ * equations is the one in which an error of `below` decreases fastest. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -229,7 +228,7 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the gaps of a state p, q, r, g1, g2, g3. With z = (r x + g3) times the conjugate of the
  * square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * This equation and those of product_at_end give the gaps to full precision. */
+ * This equation and the equations of product_at_end determine the gaps to full precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -294,9 +293,9 @@ static int line_of(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the least height of all singularities. Finds the lowest one that a transformation can
- * remove, writes its height, and writes 1 if it is on the line Re x = pi/2, or -1 if there is
- * none. */
+/* Returns the least height of all singularities. Also finds the lowest singularity that a
+ * transformation can remove, and writes its height. Writes 1 if this singularity is on the line Re
+ * x = pi/2, or -1 if there is none. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -351,9 +350,9 @@ static dd modulus_for(dd height)
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Chooses the transformations of an arc. Each removes a singularity near the real axis, and about
- * halves the distances of the others. Returns the height of the nearest singularity after all
- * transformations. */
+/* Chooses the transformations of an arc. Each transformation removes a singularity near the real
+ * axis, and about halves the distances of the other singularities. Returns the height of the
+ * nearest singularity after all transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -395,8 +394,8 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
     scale_arc(o, arc, scale_for_pair(o, arc));
     if (fold_arc(o, arc) < plain) *arc = old;
 }
-/* Sets up the arcs: that of w1, which ends at the largest root, and that of w2, which ends at the
- * least root. */
+/* Sets up the arc of w1, which ends at the largest root, and the arc of w2, which ends at the
+ * smallest root. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
@@ -411,9 +410,9 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[1],
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
-/* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
- * exchanges values instead of pointers. gcc 12.2 at -O1 reads the wrong variable through a pointer
- * that may point to either of two. */
+/* Converts sine and cosine of the arc's variable y to sine and cosine of x, and returns dx/dy. The
+ * code exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable
+ * through a pointer to one of two variables. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -431,7 +430,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Replaces sine and cosine of x by those of the arc's variable, as the inverse of unfold. */
+/* Converts sine and cosine of x to those of the arc's variable, as the inverse of unfold. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

@@ -1,6 +1,6 @@
-/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as it is
- * near a separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other
- * terms, which do not cancel: with z = theta + i beta, the terms of a class r add up to
+/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as near a
+ * separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other terms,
+ * which do not cancel: with z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted as well, because it
@@ -95,7 +95,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with the same shifts are combined. */
+                    /* Only classes with equal shifts are combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -113,7 +113,8 @@ static cx factor_of(const dual_basis *b, int kind, int sum, int which, int k1, i
             cx_add(factor, cx_scale(b->weight[which][i], factor_of_class(b, kind, sum, i, k1, k2)));
     return cx_square(factor) > 1e-20 ? factor : cx_of(0.0, 0.0);
 }
-/* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for theta in the cell. */
+/* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for angles theta between -2
+ * pi and 2 pi. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
     /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating over the two
@@ -190,7 +191,7 @@ static void size_dual_terms(dual_work *d, const double beta[2])
         n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));
     }
 }
-/* Writes the powers for two angles. */
+/* Writes the powers exp(k a/4) for two angles. */
 static void make_growth(const dual_work *d, const double theta[2], growth_lanes *w)
 {
     const double fourth = 0.25 * 0.31830988618379067154; /* 1/(4 pi) */
@@ -198,7 +199,7 @@ static void make_growth(const dual_work *d, const double theta[2], growth_lanes 
     for (int j = 0; j < 2; j++) x[j] = dd_of(fourth * theta[j] - nearest(fourth * theta[j]));
     fill_growth(d->bend, d->wide, x, w);
 }
-/* Returns the power for a term. */
+/* Returns the product of the powers that belongs to a term. */
 static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];

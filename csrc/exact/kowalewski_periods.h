@@ -4,8 +4,8 @@
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
  *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
- * A path leads from a root at x = 0 towards another root at x = pi. On a path w = N/D as on the
- * arcs, but the coefficients are complex, so a path is part of a circle or of a line.
+ * A path leads from a root at x = 0 towards another root at x = pi. As on the arcs, w = N/D, but
+ * the coefficients are complex. A path is therefore part of a circle or of a line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -36,8 +36,8 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
 /* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
- * by this nearest point, has a positive real part. The nearer end is the origin of the result,
- * because the other one may be larger by more than the range of 53 bits. */
+ * by this nearest point, has a positive real part. The result is computed from the nearer end,
+ * because the other end may be more than 2^53 times as large. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -56,7 +56,7 @@ static void finish_path(kowalewski_path *p, double end)
     }
     p->near_d = nearest_on_segment(p->C, p->E);
 }
-/* Returns the path from root i to root j with these coefficients C and E. */
+/* Returns the path from root i to root j with the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E};
@@ -276,8 +276,8 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx t
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
  * gap with the pole. If the pole is beyond the complex pair, the path begins at the complex root
- * instead. The integral from the arc of w1 to the complex root, or across the upper of two gaps to
- * the lower one, is half a row of B. */
+ * instead. Half a row of B is the integral from the arc of w1 to the complex root, or across the
+ * upper of two gaps to the lower one. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -301,7 +301,7 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
 }
 /* Adds to b the integrals that end at the complex pole i y and at its conjugate. Both are equal.
  * The path to i y begins at the complex root and follows the circle through i y and the conjugate
- * root. If all roots are real, it is a straight path from the root nearest to zero. */
+ * root. If all roots are real, the path is the straight line from the root nearest to zero. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

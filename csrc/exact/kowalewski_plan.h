@@ -5,7 +5,7 @@
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_dual.h"
 
-/* Error of the sums above which dual sums are tried. */
+/* Dual sums are tried if the error of the sums exceeds this limit. */
 #define CANCELLED 2e-14
 
 /* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
@@ -29,7 +29,7 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
- * least root. This holds in all known motions, but is not proved for all orders of the roots.
+ * least root. This is true for all known motions, but not proved for all orders of the roots.
  * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
@@ -50,7 +50,7 @@ static double distance_error(const kowalewski_curve *o, int i, int j)
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
 /* Returns the largest relative error of the distances whose logarithms determine the frequencies.
- * These are the gaps next to the arcs, and the distance of a complex pair from an arc. */
+ * These distances are the gaps next to the arcs, and the distance of a complex pair from an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -63,8 +63,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k or, if the distance is
- * not formed as a difference, relative to what cancels in it. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. If the distance is
+ * not computed as a difference, it is relative to the numbers that cancel in its formula. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -92,7 +92,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* There are two equations for S/T. The one with the larger terms is used. */
+        /* Of the two equations for S/T, the one with the larger terms is used. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
             out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
@@ -128,9 +128,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading, to which a multiple of half of each rate of the torus is added.
- * The classes of the sums do not determine these multiples. They are found from the rate of the
- * larger of A = S + T and B = S - T at the start, where, up to the contribution of D,
+/* Returns the rate of the heading plus a multiple of half of each rate of the torus. The classes of
+ * the sums do not determine these multiples. They are found from the rate of the larger of A = S +
+ * T and B = S - T at the start, where, up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -286,8 +286,8 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
         slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
     }
 }
-/* Computes and stores all dual sums for one beta, whose constants of S and T are known. Returns 0
- * if there is no room. */
+/* Computes and stores all dual sums for one beta. The constants of S and T for this beta are known.
+ * Returns 0 if there is no room. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -311,9 +311,8 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     }
     return 1;
 }
-/* Returns the error of the sums. It is the largest of four errors: the ratio of the last singular
- * values, the misfit of the angular velocity, the asymmetry of B, and the error of the heading's
- * rate. */
+/* Returns the error of the sums: the largest of the ratio of the last singular values, the misfit
+ * of the angular velocity, the asymmetry of B, and the error of the heading's rate. */
 static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
@@ -355,8 +354,8 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
 }
-/* Returns the name of a degenerate motion, or `refusal` if the motion has no name. The start may
- * differ from such a motion by rounding errors. */
+/* Returns the named refusal of a degenerate motion, or `refusal` if the motion has no name. The
+ * start may differ from such a motion by rounding errors. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
@@ -398,8 +397,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Computes the sums, or the dual sums if the former have lost digits to cancellation and the latter
- * are better. */
+/* Computes the sums. If they have lost digits to cancellation and the dual sums are more accurate,
+ * uses the dual sums instead. */
 static kr_kowalewski_refusal make_best_sums(kowalewski_work *w, const dd state[6],
                                             kr_theta_sums *plan, dd *heading)
 {

@@ -20,11 +20,11 @@ typedef struct kowalewski_roots {
     double sign[5];
 } kowalewski_roots;
 
-/* The factors that depend on the point of one arc. */
+/* The factors that depend on the position on one arc only. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
-    double theta[2]; /* this arc's shares of theta1 - x1 and theta2 - x2 */
+    double theta[2]; /* contributions of this arc to theta1 - x1 and theta2 - x2 */
     double angle;
 } arc_point;
 
@@ -149,9 +149,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point of an arc where Kowalewski's variable is `gap` below the upper end, and `rest`
- * above a lower end that is not at infinity. The later value `next` of `gap` gives the direction of
- * the motion. Returns 0 if sine or cosine of x/2 is at most `least`. */
+/* Computes the point of an arc at which Kowalewski's variable is `gap` below the upper end. If the
+ * lower end is not at infinity, the variable is `rest` above it. `next` is a later value of `gap`,
+ * which determines the direction of the motion. Returns 0 if sine or cosine of x/2 is at most
+ * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -186,8 +187,8 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Finds the five signs by comparison with one state. The signs of the roots must give its p and q.
- * Returns the error of the state that the signs give. */
+/* Finds the five signs by comparison with one state. The signs of the roots must reproduce p and q
+ * of this state. Returns the error of the state computed with these signs. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -209,8 +210,8 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the points of both arcs at the state `at`. A later state gives the directions of w1 and
- * w2. Returns 0 if a point is too close to an end of its arc. */
+/* Computes the points of both arcs at the state `at`. The directions of w1 and w2 follow from a
+ * later state. Returns 0 if a point is too close to an end of its arc. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -218,11 +219,11 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Finds the signs, and the angles of the torus at the start. The function uses a state shortly
- * after the start that is not close to an end of an arc. If w1 or w2 is slow, it stays near the end
- * of its arc for a long time, so a state nearer to the end is used. Returns the error of this
- * state, divided by the velocity: near a saddle, an early state depends on the angles far less than
- * a late one. */
+/* Finds the signs, and the angles of the torus at the start. The signs follow from a state shortly
+ * after the start that is not close to an end of an arc. A slow w1 or w2 stays near the end of its
+ * arc for a long time. In this case, a state nearer to the end is used. Returns the error of this
+ * state divided by the velocity, because near a saddle an early state depends far less on the
+ * angles than a late one. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

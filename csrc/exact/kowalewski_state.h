@@ -1,5 +1,5 @@
 /* The state of a Kowalewski top at time t, from its plan. The same kernel evaluates one time, or
- * one time in each lane. A time gives bitwise equal results in a lane and alone.
+ * one time in each lane. Results in a lane and for a single time are bitwise equal.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
@@ -66,7 +66,7 @@ INLINE void fill_growth_powers(dd a, int most, wide out[])
         up[-k] = up[-(k / 2)] * up[k / 2 - k];
     }
 }
-/* Writes the powers for half of each angle in turns, x. `bend` has the elements of 2 pi^2 B^-1. */
+/* Writes the powers. x has half of each angle, in turns. `bend` has the elements of 2 pi^2 B^-1. */
 INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
 {
     wide power[2 * WIDE_MOST + 1];
@@ -157,8 +157,8 @@ INLINE void sum_all(const kr_theta_sums *plan, const dd phase[2], wide re[], wid
         row += plan->rows[i];
     }
 }
-/* Returns the state with the three phases of the plan at `time`. The frame of the plan makes it a
- * state of the frame of description. */
+/* Returns the state with the three phases of the plan at `time`. The frame of the plan transforms
+ * it to the frame of description. */
 INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
 {
     wide re[SUMS], im[SUMS], s, c;

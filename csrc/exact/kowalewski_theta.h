@@ -18,12 +18,12 @@
 #include "least_squares.h"
 
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds differ in the order of the real roots, where e is a root of phi: -k e k, e -k k, e -k e
- * e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, by the order of their real roots, where e is a root of phi: -k e k, e -k k,
+ * e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* One term without the constant of its class. The two values have the same size, and the signs of
- * the term in two sums. */
+/* One term without the constant of its class. The two values differ at most in sign. The signs of a
+ * term differ between sums, and are stored for two of them. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -51,7 +51,7 @@ typedef struct theta_work {
     double constant[SUMS][CLASSES];
     cx wave[2][2 * WIDE_MOST + 1];
     torus_sample sample[SAMPLES];
-    cx column[SAMPLES][2][CLASSES]; /* sums over each index, for two sums at each sample */
+    cx column[SAMPLES][2][CLASSES]; /* sums over a class, for two sums at each sample */
     lsq lsq;
 } theta_work;
 
@@ -147,8 +147,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
     }
     return out->count > 0;
 }
-/* Writes exp(i k theta/2) for |k| up to `most`. Each is the product of two powers with nearly equal
- * exponents. */
+/* Writes exp(i k theta/2) for |k| up to `most`. Each power is the product of two powers with nearly
+ * equal exponents. */
 static void make_waves(double theta, int most, cx wave[])
 {
     cx *w = wave + WIDE_MOST;
@@ -230,8 +230,8 @@ static void find_sizes(theta_work *w)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Computes the constants of S and T from the columns. The equations are solved a second time,
- * divided by D, so that the errors of S and T are small relative to D everywhere. Returns the ratio
+/* Computes the constants of S and T from the columns. The equations are then divided by D and
+ * solved again, so that the errors of S and T are small relative to D everywhere. Returns the ratio
  * of the smallest singular value to the next larger one. */
 static double solve_spinor_twice(theta_work *w)
 {
@@ -242,7 +242,8 @@ static double solve_spinor_twice(theta_work *w)
     find_sizes(w);
     return better;
 }
-/* Computes the constants of S and T for one beta. Returns the ratio of solve_spinor_twice. */
+/* Computes the constants of S and T for one beta. Returns the ratio that solve_spinor_twice
+ * returns. */
 static double find_spinor(theta_work *w, const double beta[2])
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
@@ -263,16 +264,16 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
     beta[0] = 0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0];
     beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
 }
-/* Computes the constants of S and T for one of four values of b. Returns the ratio of
- * find_spinor. */
+/* Computes the constants of S and T for one of four values of b. Returns the ratio that find_spinor
+ * returns. */
 static double try_spinor_class(theta_work *w, int i)
 {
     double beta[2];
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta);
 }
-/* Tries the four values of b until one satisfies the equations well. If there is no such value, the
- * best one is used. Returns 0 if no value satisfies the equations. */
+/* Tries the four values of b until one satisfies the equations with a small error. If no value
+ * satisfies them well, the best one is used. Returns 0 if no value satisfies the equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;

@@ -2,15 +2,15 @@
  * potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The rates (nu of the nutation, k1 and k2 of alpha and beta) and the roots are computed in
- * double-double, from differences that lose no digits. The moment about the axis only adds a
- * constant spin. This header is compiled once for each instruction set and number of lanes
- * (lane_types.h). */
+ * double-double, from differences that lose no digits. The moment about the axis affects only a
+ * constant spin, which is added. This header is compiled once for each instruction set and number
+ * of lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
 #include "theta.h"
 
-/* Data of the start, in the notation of the head of this file. */
+/* Data of the initial state, in the notation of the head of this file. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
@@ -96,19 +96,20 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
 /* Computes the smaller of a and b again, as product / (larger * beside), which loses no digits. The
- * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they stay zero. */
+ * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they remain
+ * zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
-    const mask known = is_positive(larger.hi); /* If it is not, all three heights coincide. */
+    const mask known = is_positive(larger.hi); /* If not positive, all three heights coincide. */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }
 /* Replaces small distances, which suffer from cancellation, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `top` is nonzero if the heights come from about_start. */
+ * `top` is nonzero if about_start computed the heights. */
 static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -292,7 +293,7 @@ static inline dd phase_at_start(const turning *r, wide mean)
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets the phases of the nutation, of alpha and of beta at the start. The phase of the horizontal
- * momentum is the sum of the phases of alpha and beta. Two of these three phases are computed,
+ * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed,
  * because a phase is inaccurate if its quantity is near zero. The phase of the momentum is less
  * accurate if the momentum is nearly vertical. The formula is used only if the momentum is more
  * than twice as large as the smaller of alpha and beta. */
@@ -323,8 +324,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis rests at a pole. Otherwise the axis leans or moves by more than the limit
- * of kr_exact_resolves. */
+/* Returns 1 if the axis rests at a pole. Otherwise its tilt or its velocity exceeds the limit of
+ * kr_exact_resolves. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

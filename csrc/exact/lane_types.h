@@ -1,5 +1,5 @@
-/* Types and constants that the set-ups of the closed form have in common. With q = (w, x, y, z),
- * alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
+/* Types and constants shared by the set-ups of the closed forms. With q = (w, x, y, z), alpha = w +
+ * i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). Everything that grows with
@@ -8,9 +8,9 @@
  *
  * This header is compiled once for each instruction set, like the files that include it, and once
  * more with KR_EXACT_LANES. Each number is then a vector with one lane for each top (math/simd.h).
- * A top gives bitwise equal results in a lane and alone. If lanes differ at a branch, both sides
+ * Results in a lane and for a single top are bitwise equal. If lanes differ at a branch, both sides
  * are computed, and each lane selects its result. A loop continues until all lanes are done, and
- * does not change lanes that are done. Without KR_EXACT_LANES, there is one lane, and branches and
+ * leaves finished lanes unchanged. Without KR_EXACT_LANES, there is one lane, and branches and
  * loops are the ordinary ones for a single top. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
@@ -26,7 +26,7 @@
 #include "math/simd.h"
 
 /* The kinds of series: for the heavy or the free top, in the nome or in the dual nome. The dual
- * nome is the smaller of the two if K' < K, which is the case near a separatrix. */
+ * nome is the smaller one if K' < K, as near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* The types of kreisel.h and layout.h, with one lane for each top. */
@@ -76,8 +76,8 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Replaces the lanes of `to` that the mask m selects by those of `from`. Both are structures of
- * `bytes` bytes that consist of lanes only. */
+/* Replaces the lanes of `to` that the mask m selects by those of `from`. `to` and `from` are
+ * structures of `bytes` bytes that consist of lanes only. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {

@@ -72,7 +72,7 @@ KR_CHECK_LAYOUT(kr_turning_is_laid_out,
                         offsetof(kr_turning_form, critical_spin) &&
                     offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
                     offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
-/* If two types had different alignments, one of these structures would have more padding. */
+/* One of these structures would have more padding if two types had different alignments. */
 struct kr_aligned_public {
     char a;
     kr_exact exact;

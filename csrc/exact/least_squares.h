@@ -108,8 +108,9 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves the least-squares problem of a factored matrix for one right side, and overwrites the
- * right side. A column is left out if its diagonal element is at most 1e-13 times the first one. */
+/* Solves the least-squares problem of a factored matrix for one right-hand side, which is
+ * overwritten. A column is left out if its diagonal element is at most 1e-13 times that of the
+ * first column. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;

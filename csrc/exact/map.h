@@ -1,6 +1,6 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve like that of
- * the top, at equal steps of the curve's phase. In the notation of map_curve.h, where a prime marks
- * the next state,
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve similar to that
+ * of the continuous motion, at equal steps of the curve's phase. In the notation of map_curve.h,
+ * where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha grows by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step, and that
@@ -84,7 +84,7 @@ static void map_series(kr_exact_map_form *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 after k steps, with the same scale as the other theta functions of the kernel. */
+/* Returns theta4 after k steps, scaled like the other theta functions of the kernel. */
 static double pole_at(const kr_exact_map_form *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -155,8 +155,8 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* Sets up the map in internal units, with the step as unit of time. Returns 0 if 1 + b s = 0, or if
- * the motion is so near a separatrix that the roots are not accurate enough. */
+/* Sets up the closed form of the map in internal units, with the step as unit of time. Returns 0 if
+ * 1 + b s = 0, or if the motion is so near a separatrix that the roots are not accurate enough. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
 {
     const dd i1 = equal_moment(top);
@@ -192,7 +192,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
 /* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. If k
- * is too large for the kernel, returns the state of the start. */
+ * is too large for the kernel, returns the initial state. */
 static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
     const kr_exact_form *curve = &map->curve;
@@ -207,15 +207,16 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the map begins at the attitude `start`. With steps of 1e-8 or less, the start may be
- * very near a pole. Double-double then cannot resolve the distances of the link's heights from the
- * pole. */
+/* Returns 1 if the closed form reproduces the attitude `start`. This may not be the case if the
+ * step is 1e-8 or less and the start is very near a pole. Double-double then cannot resolve the
+ * distances of the link's heights from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the map for a user's scene. If the step is so large that 1 + b s < 0, it is a step of the
- * top with up and down exchanged. The first link of this other top is then used. */
+/* Sets up the closed form of the Bobenko-Suris map for a scene. A step so large that 1 + b s < 0
+ * equals a step of the top with up and down exchanged. The first link of this other top is then
+ * used. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};
@@ -232,8 +233,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    /* The second pass uses the side that the first one found. A third pass would repeat the
-     * second. */
+    /* The first pass determines which way up the top is described, and the second pass uses it. A
+     * third pass would repeat the second. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);

@@ -5,7 +5,7 @@
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
  * where P is a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that
  * grows by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X are
- * reversed. Then b < 0, and the step is a step of the same top under reversed gravity. This header
+ * reversed. Then b < 0, and the step equals one of the same top under reversed gravity. This header
  * is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
@@ -14,7 +14,7 @@
 #include "single.h"
 #include "theta.h"
 
-/* The link from the start to the state after the first step, and the data that determine the
+/* The first link, from the start to the state after one step, and the data that determine the
  * curve. */
 typedef struct map_link {
     dd l, c, b, energy, x; /* notation of the file's head; b and x are multiplied by `sign` */
@@ -129,8 +129,8 @@ static void find_map_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link at the phase that has these values of sn^2
- * and cn^2. The distances of s from the roots are used. */
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link at the phase with these values of sn^2 and
+ * cn^2. Both are computed from the distances of s from the roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -194,7 +194,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* The squares are those at eta. The squares at eta/2 follow from the half-argument formulas. */
+    /* These are the squares at eta. The squares at eta/2 follow from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),

@@ -6,7 +6,7 @@
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. They describe the state before q is normalized and transformed into the frame.
+ * phases. These functions describe the state before q is normalized and transformed by the frame.
  * factors_of_kind handles lanes whose series are of one kind, factors_at lanes of any kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
@@ -120,8 +120,9 @@ static inline quat_lanes rounded(const dd q[4])
     return r;
 }
 
-/* Writes the axis a = q e3 q*. Let u = a.e3 be its height. Writes 1 + u to `plus` and returns 1 -
- * u. Both are computed directly from the quaternion, so that neither loses digits near a pole. */
+/* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
+ * Both numbers are computed directly from the quaternion, so that neither loses digits near a
+ * pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -160,8 +161,8 @@ static inline wide sign_of(wide x)
 /* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
  * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y also wind about zero,
  * in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through zero,
- * the phase jumps by half a turn in an undefined sense. In this case, the winding is defined as
- * zero. For a free top, beta is a theta4, which has no zeros and does not wind. */
+ * the phase jumps by half a turn in an undefined sense. In this case, the winding number is defined
+ * as zero. For a free top, beta is a theta4, which has no zeros and does not wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -175,7 +176,7 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down exchanged, q -> i q. If gravity pointed upwards, it then points
+/* Returns the top with up and down exchanged, q -> i q. Gravity that pointed upwards then points
  * downwards. */
 static inline exact_top seen_from_below(const exact_top *top)
 {

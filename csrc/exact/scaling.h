@@ -1,8 +1,8 @@
-/* Conversion of a user's scene to the working axes and internal units of the closed form. A state's
- * error must not grow with time. Therefore nothing that determines a rate is rounded to doubles:
- * the attitude and mass * gravity * com are double-double products, and the units are powers of
- * two. This header is compiled once for each instruction set, because double-doubles are faster
- * with fused multiply-add. */
+/* Conversion of a user's scene to the working axes and internal units of the closed form. The error
+ * of a state must not grow with time. Therefore nothing that determines a rate is rounded to double
+ * precision: the attitude and mass * gravity * com are double-double products, and the units are
+ * powers of two. This header is compiled once for each instruction set, because double-doubles are
+ * faster with fused multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
@@ -11,7 +11,7 @@
 /* A top in internal units, and the conversion back. */
 typedef struct described_top {
     exact_top own;
-    dd half_turn; /* half of -rotor / I3, by which the rotor changes the rate of the spin */
+    dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
     kr_quat axes; /* working axes -> frame of description */
     kr_units units;
 } described_top;

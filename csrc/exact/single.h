@@ -23,8 +23,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time beyond the range of the kernel. In this case the initial state is
- * returned, which has the correct values of all integrals. Returns NaN if t is not finite. */
+/* Returns the state at a time beyond the range of the kernel. This is the initial state, which has
+ * the correct values of all integrals. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

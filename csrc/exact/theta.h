@@ -13,8 +13,8 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative distances. The first step after they have fallen below 1e-8 is
- * therefore the last one, and can be computed in doubles. */
+ * Every step squares the relative distances. The first step after the distances fall below 1e-8 is
+ * therefore the last one, and doubles suffice for it. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -124,15 +124,15 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
-    const mask apart = is_positive(square); /* If not, all three roots coincide. */
+    const mask apart = is_positive(square); /* If not positive, all three roots coincide. */
     const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision, by
- * two steps of Newton's method. Both steps use the slope at the initial value, which is accurate
- * enough. */
+ * two steps of Newton's method. The slope at the initial value is accurate enough for both
+ * steps. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -157,7 +157,7 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j, whose coefficients after the j-th are zero. */
+/* Adds `weight` times row j of a table. The coefficients after the j-th are zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];

@@ -1,6 +1,6 @@
 /* The public functions of the closed forms of Kowalewski and Goryachev-Chaplygin tops. Each calls
- * the code of the widest instruction set that this processor has. All instruction sets give the
- * same bits. */
+ * the code of the widest instruction set that this processor has. All instruction sets give bitwise
+ * equal results. */
 #include <math.h>
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
@@ -66,7 +66,7 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
 }
-/* Returns the text of a refusal, or NULL if the number is not less than `count`. */
+/* Returns the text of the refusal with this number, or NULL if there is none. */
 static const char *find_text(const char *const texts[], int count, int refusal)
 {
     return refusal >= 0 && refusal < count ? texts[refusal] : NULL;

@@ -12,8 +12,8 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Halves of both angles, and the phase of e for a Kowalewski top. Otherwise the third phase is
-     * zero. */
+    /* Halves of both angles, and for a Kowalewski top the phase of e. For other tops the third
+     * phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
@@ -38,12 +38,13 @@ typedef struct kr_torus_form {
     kr_kind kind;                   /* of the body */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
     /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
-     * kind. NULL: to all starts. */
+     * kind. NULL if it applies to all starts. */
     int (*suits)(const kr_scene *scene);
-    /* Returns the size of the used part of a plan, in bytes. A copy of this part is a plan. */
+    /* Returns the size of the used part of a plan, in bytes. To copy a plan, it suffices to copy
+     * this part. */
     size_t (*used_size)(const void *plan);
-    /* The instruction sets that were compiled in, the widest first. A name of NULL ends the
-     * table. */
+    /* The instruction sets that were compiled in, the widest first. The table ends with a NULL
+     * name. */
     kr_torus_isa isas[4];
 } kr_torus_form;
 extern const kr_torus_form kr_kowalewski_form, kr_chaplygin_form;
@@ -55,7 +56,7 @@ kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
 kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
-/* Returns the first instruction set of the form's table that this processor supports. Every
+/* Returns the widest instruction set in the closed form's table that this processor supports. Every
  * processor supports the last instruction set of the table. */
 static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
 {

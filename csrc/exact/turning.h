@@ -122,7 +122,8 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts turning points of a top with up and down exchanged to those of the top itself. */
+/* Converts the turning points of a top with up and down exchanged to the turning points of the top
+ * itself. */
 static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

@@ -158,7 +158,7 @@ static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* In doubles, no step can meet a tolerance below the rounding error. */
+    /* In double precision, no step can meet a tolerance below the rounding error. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
@@ -169,7 +169,7 @@ static kr_status ode_step(kr_motion *motion, double until)
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
         if (try_step(motion, h, p, &next)) {
             /* A step that was shortened to end at `until` does not determine the length of the next
-             * one. */
+             * step. */
             if (lands && !rejected) next.h = p->h;
             *p = next;
             motion->clock = end;

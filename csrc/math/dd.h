@@ -9,7 +9,8 @@
 #include <math.h>
 #include "isa.h"
 
-/* A dd_part is the type of hi and lo; a dd_truth is the result of comparing two of them. */
+/* dd_part is the type of hi and lo, and dd_truth the type of the result of comparing two of
+ * them. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_part;

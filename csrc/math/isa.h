@@ -1,7 +1,7 @@
 /* Support for files that are compiled once for each instruction set. KR_NAME makes the names of the
- * functions that such a file exports. CMakeLists.txt passes -DKR_ISA=avx2 etc. to the further
- * instruction sets, and defines KR_WITH_AVX2 and KR_WITH_AVX512 if they are compiled in. A base
- * that is compiled for one of them gets its name as KR_BASE_NAME. */
+ * functions that such a file exports. For each further instruction set, CMakeLists.txt passes
+ * -DKR_ISA=avx2 etc., and defines KR_WITH_AVX2 and KR_WITH_AVX512 if they are compiled in. If the
+ * base is itself compiled for one of them, its name is KR_BASE_NAME. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
@@ -24,11 +24,11 @@
 #  define KR_FUSED
 #endif
 
-/* A kernel is one loop without function calls, because a call would save all vector registers to
- * memory. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is defined,
- * the compiler decides about inlining, for smaller code. KR_LONG_FUNCTIONS marks files whose code
- * without fused multiply-add is small rather than fast, unless it is for the only instruction
- * set. */
+/* A kernel is one loop without function calls, because all vector registers must be saved to memory
+ * around a call. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is
+ * defined, the compiler decides what to inline, so that the code is smaller. KR_LONG_FUNCTIONS
+ * marks files with long functions. Without fused multiply-add, their code is optimized for size,
+ * unless there is only one instruction set. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -42,8 +42,8 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, batches are computed one element after the other, for smaller code.
- * The results are bitwise equal. */
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one after the other, so that
+ * the code is smaller. The results are bitwise equal. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else
@@ -72,8 +72,8 @@
 /* Each function returns nonzero if this processor has the instruction set. The features are tested
  * one by one, because not every compiler knows the names of levels such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-/* Names the variant of `thing` without vectors that AVX-512 uses, too: wider registers would bring
- * no gain. */
+/* Names the variant of `thing` without vectors. AVX-512 uses it, too, because wider registers would
+ * not make it faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

@@ -123,8 +123,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Ends the use of wide vectors. Without this call, code with narrower instructions would be slow
- * afterwards. */
+/* Ends the use of wide vectors. Without this call, later code with narrower vectors would be
+ * slow. */
 INLINE void wide_leave(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN

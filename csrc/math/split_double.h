@@ -1,7 +1,7 @@
-/* Sums of products without cancellation errors: all products are exact, and their sum is as
+/* Sums of products without cancellation errors. All products are exact, and their sum is as
  * accurate as in arithmetic with four times the digits of a double (Ogita, Rump, Oishi, SIAM J.
  * Sci. Comput. 26, 2005, SumK). The sums of the three components of a vector are interleaved, so
- * that the processor can work on one while it waits for the results of the others. */
+ * that the processor can work on one component while it waits for the others. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"

@@ -72,8 +72,8 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is nearer to `last`. Both are the same attitude; the choice makes the
- * quaternion change continuously. */
+/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; this choice
+ * makes the quaternion change continuously. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
@@ -139,8 +139,8 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the shortest rotation from the third axis to the unit vector a. If a.z < -1/2, returns a
- * half turn about the first axis, followed by the shortest rotation from -e3 to a. */
+/* Returns the shortest rotation from e3 to the unit vector a. If a.z < -1/2, returns a half turn
+ * about the first axis, followed by the shortest rotation from -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));

@@ -1,8 +1,8 @@
-/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. The
- * functions of different versions of libm differ in their last bits. All states computed with them
- * would therefore differ, too. With the functions below, the states of a scene are bitwise equal
- * for every compiler and libm, and in WebAssembly. The functions sum power series, without tables
- * or fused multiply-add. */
+/* Sine, cosine and arc tangent with errors of at most 2 ulp, computed with only + - * / sqrt and
+ * fmod, which is exact. The functions of different versions of libm differ in their last bits. All
+ * states computed with them would therefore differ, too. With the functions below, the states of a
+ * scene are bitwise equal for every compiler and libm, and in WebAssembly. The functions sum power
+ * series, without tables or fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
@@ -64,7 +64,7 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. The small difference cos(x) - 1 keeps digits that
+/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. The small difference cos(x) - 1 has digits that
  * cos(x) would lose. */
 static inline void less_one_sinc(double z, double *c, double *s)
 {

@@ -2,11 +2,12 @@
  * corrected rates (model/resummed.h). A step h of the method is a step e of the following map, with
  * u = <a,e3>:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * The map is explicit and integrable, and needs one kick per step. It conserves <m,e3>, <m,a> and a
- * modified energy (kr_state_modified_energy4). Since e depends on the orbit, the symplectic form is
- * conserved up to O(h^7) per step only. A step h is refused if 2 h^2 |E| or h^2 * mass * gravity *
- * |com| is above 1, in units with I1 = 1 and without the energy of the spin. For larger steps the
- * rates need not exist, or the kick is not small. The rates are computed once, from the start. */
+ * The map is explicit and integrable, and needs one kick per step. The map conserves <m,e3>, <m,a>
+ * and a modified energy (kr_state_modified_energy4). Since e depends on the orbit, the symplectic
+ * form is conserved up to O(h^7) per step only. A step h is refused if 2 h^2 |E| or h^2 * mass *
+ * gravity * |com| is above 1, in units with I1 = 1 and without the energy of the spin. For larger
+ * steps the rates need not exist, or the kick is not small. The rates are computed once, from the
+ * start. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 

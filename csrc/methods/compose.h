@@ -1,11 +1,11 @@
 /* Coefficients of symmetric compositions of kicks and drifts, and their order in a step
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
- * Both sequences are palindromes with the sum 1. The table holds the first halves, and the middle
- * coefficients follow from the sums. A row without kicks composes any symmetric step of order 2,
- * such as Strang's, by b_i = (a_i + a_(i+1)) / 2. These rows of orders 6 and 8 cost less than a
- * repeated composition with Suzuki's row. A row with kicks begins and ends with a drift (b_0 = 0).
- * If the drift is exact and the kick does not change q, only the order conditions of Nystrom's case
- * must hold. Nystrom's case has fewer order conditions. */
+ * Each of the two sequences is a palindrome, and its sum is 1. The table holds the first halves,
+ * and the middle coefficients follow from the sums. A row without kicks composes any symmetric step
+ * of order 2, such as Strang's, by b_i = (a_i + a_(i+1)) / 2. These rows of orders 6 and 8 cost
+ * less than a repeated composition with Suzuki's row. A row with kicks begins and ends with a drift
+ * (b_0 = 0). If the drift is exact and the kick does not change q, only the order conditions of
+ * Nystrom's case must hold. Nystrom's case has fewer order conditions. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 

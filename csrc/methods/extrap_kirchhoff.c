@@ -3,8 +3,8 @@
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L, and the axes E1, E2, E3 of space. All have components along the axes of the body. There
- * are twelve equations, as many as in the rest frame (extrap.c), so that both forms can be
- * compared. The method conserves nothing. */
+ * are twelve equations, as many as in the rest frame (extrap.c), so that both systems of equations
+ * can be compared. The method conserves nothing. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])

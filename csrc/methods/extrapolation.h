@@ -1,12 +1,12 @@
-/* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
- * form. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps and Gragg's smoothing.
- * The error of T(j,1) has only even powers of 1 / n_j. By Aitken and Neville, better results are
- * therefore
+/* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for any formulation of the
+ * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
+ * and Gragg's smoothing. The error of T(j,1) has only even powers of 1 / n_j. By Aitken and
+ * Neville, better results are therefore
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at the row j if T(j,j) - T(j,j-1) is at most tol in the norm of the thesis
- * (Bodack 2008, 4.1.1). The target of the next step is the row with the least work per unit of
- * time. The rules and constants of the control are those of ODEX (Hairer, Norsett, Wanner, II.9).
- * The method conserves nothing. */
+ * (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work per unit of
+ * time. The rules and constants of the step control are taken from ODEX (Hairer, Norsett, Wanner,
+ * II.9). The method conserves nothing. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -14,8 +14,8 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A form of the equations: functions that convert a state to the variables y, compute their rates,
- * and convert y to the velocity, momentum and attitude in space. */
+/* A formulation of the equations: functions that convert a state to the variables y, compute their
+ * rates, and convert y to the velocity, momentum and attitude in space. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -36,8 +36,7 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-/* An attempted step of length h that starts at y. Rows count from 1, as in Hairer, Norsett,
- * Wanner. */
+/* A trial step of length h that starts at y. Rows count from 1, as in Hairer, Norsett, Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
@@ -191,9 +190,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts an attempted step that ends at the internal time `end`. Of q and -q, chooses the
- * quaternion nearer to a rotation with the mean velocity. The previous q cannot decide, because the
- * top may turn by more than half a turn in a step. */
+/* Accepts a trial step that ends at the internal time `end`. Of q and -q, chooses the quaternion
+ * nearer to a rotation with the mean velocity. The previous q cannot decide, because the top may
+ * turn by more than half a turn in a step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
@@ -225,7 +224,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
             /* A step that was shortened to end at `until` does not determine the length of the next
-             * one. */
+             * step. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
         }

@@ -16,15 +16,15 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* An attempted step with a guess V. */
+/* A trial step with a guess V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
-/* Returns the attempted step with the guess V. M and P are the momentum and the vertical at the
- * start of the step, seen from the body. */
+/* Evaluates a trial step with the guess V of the angular velocity. M and P are the momentum and the
+ * vertical at the start of the step, seen from the body. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};

@@ -34,8 +34,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. The vector used
- * here costs less and has the same vector product with e3. */
+/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector is
+ * cheaper to compute and has the same vector product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -57,8 +57,8 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if a step rotates the top by at most `most` [rad]. The rate is the larger of the
- * largest one that the energy allows and the one due to the rotor. */
+/* Returns 1 if a step rotates the top by at most `most` [rad]. The rate is the largest rate that
+ * the energy allows, or the rate due to the rotor if that is larger. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
@@ -71,8 +71,8 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
 /* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) is above 2, because the modification of the potential is not small then. If the
- * ratio were above 12, the iteration for the midpoint would not converge. */
+ * (smallest moment) is above 2, because the modification of the potential is not small then. With a
+ * ratio above 12, the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -8,8 +8,8 @@
  * momentum h adds a constant rate to the rotation about each axis, -h_N / I_N about N. A rotation
  * about B is then needed, too. The drift of a symmetric body stays exact if the rotor is along T.
  * The rounding error of each sum is kept and added to the next sum (Kahan 1965). The rounding
- * errors of the energy are then as small as those of the changes of q and m, which are much smaller
- * than those of q and m. */
+ * errors of the energy are then those of the changes of q and m in a step. These changes are much
+ * smaller than q and m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -21,7 +21,7 @@ typedef struct splitting {
     double round;    /* step / I_B */
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
     double s, steps; /* Lagrange tops: half the rotation about T in a step; steps made */
-    kr_vec3 rotor;   /* half the rotation about each axis in a step that is due to the rotor */
+    kr_vec3 rotor;   /* half of the rotation about each axis in a step due to the rotor */
     double gyrostat; /* nonzero if `rotor` is not zero */
 } splitting;
 
@@ -36,8 +36,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* This rotation is the same in each step and commutes with all others. It is therefore
-         * applied only when a state is read. */
+        /* The rotation about T is the same in each step and commutes with all others. It is
+         * therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
@@ -105,8 +105,8 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
 /* Applies the rotations `b` about N and T, unless b is NULL, and the rotation about m for the
- * fraction `part` of a step. Then corrects the length of q by the deviation from |q| = 1 that q had
- * before the rotation, whatever the angle of the rotation. */
+ * fraction `part` of a step. Then corrects the length of q by its deviation from 1 before the
+ * rotation. This correction does not depend on the angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);

@@ -1,7 +1,7 @@
 /* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks between
  * successive steps are combined. The method conserves <m,e3>, and for Lagrange tops also the axial
- * momentum. It conserves the energy of a free body; for other bodies the error of the energy is a
- * bounded O(h^2). */
+ * momentum. The energy of a free body is also conserved; for other bodies the error of the energy
+ * is a bounded O(h^2). */
 #include "veselov.h"
 
 typedef struct {

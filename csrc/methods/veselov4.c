@@ -6,8 +6,8 @@
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
  * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, but a kick changes both.
  * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies.
- * A step in which the top may turn by more than 1.25 rad is refused, because the series in h does
- * not approximate the moments then. */
+ * A step in which the top may turn by more than 1.25 rad is refused, because the series in h then
+ * fails to approximate the moments. */
 #include "modified_kick.h"
 #include "veselov.h"
 

@@ -99,8 +99,8 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (odd + 1) % 3)),
                 fabs(component_at(b->rotor, (odd + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed forms and maps of a kind hold for bodies without rotors. A rotor along the axis of
- * symmetry only changes the rotation about this axis, by the constant rate -rotor / I3. */
+/* The closed forms and maps of a kind apply to bodies without rotors. A rotor along the axis of
+ * symmetry only adds the constant rate -rotor / I3 to the rotation about this axis. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -144,8 +144,8 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
     return w;
 }
-/* Returns working axes without the components of an axial rotor across T, which are rounding
- * errors. */
+/* Returns working axes in which an axial rotor has no components normal to T. Such components are
+ * rounding errors. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
@@ -227,8 +227,7 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
 /* Returns 1 if the distance of the centre of mass from the odd axis can be due to rounding errors.
- * The nearer the moments are to each other, the more the rounding errors of a tensor rotate the
- * axes. */
+ * Rounding errors of a tensor rotate the axes more if the moments are nearly equal. */
 static int is_axis_through_com(const kr_body *b, int odd)
 {
     const double lone = component_at(b->inertia, odd),

@@ -21,7 +21,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the momentum without that of the rotor, along the principal axes with the attitude q. */
+/* Returns the momentum without the rotor's contribution, along the principal axes with the attitude
+ * q. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -96,8 +97,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
- * vertical, one of the two results is undetermined and set to 0. Adding 0.0 removes negative
- * zeros. */
+ * vertical, one of the two results is undefined and set to 0. Adding 0.0 removes negative zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -161,9 +161,9 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. Both have
- * components along three axes: -com, o x (-com) and o, where o is the axis of the moment that
- * differs from the other two. */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. Both vectors have
+ * components along the axes -com, o x (-com) and o, where o is the axis of the moment that differs
+ * from the other two. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -203,8 +203,7 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin of the size of a rounding error counts as zero, so friction holds the top if it
-     * can. */
+    /* A spin as small as a rounding error counts as zero. Friction then holds the top if it can. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }
@@ -222,7 +221,7 @@ kr_vec3 kr_state_body_acceleration(const kr_scene *scene, const kr_state *s)
     if (scene->friction > 0.0) gain = add_friction(scene, V, gain);
     return q_turn(scene->body.axes, gain);
 }
-/* Returns the kinetic energy in the space at rest. */
+/* Returns the kinetic energy in the inertial frame. */
 static double kinetic_at_rest(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 m = momentum_without_rotor(scene, s, principal_attitude(scene, s));
@@ -233,7 +232,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double weight = scene->body.mass * scene->gravity;
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
-    /* Maps do not apply to tops on moving supports. */
+    /* The map does not apply to tops on moving supports. */
     if (kr_body_has_rotor(&scene->body) || kr_scene_shakes(scene)) return NAN;
     return kinetic_at_rest(scene, s) +
            weight * v_dot(scene->body.com, q_vertical(principal_attitude(scene, s))) +

@@ -25,8 +25,8 @@ double kr_acceleration_at(const kr_scene *scene, double t);
  * friction. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
-/* The function kr_state_<name> computes a quantity. The number of doubles determines the type of
- * the result. */
+/* The function kr_state_<name> computes a quantity. The type of its result depends on the number of
+ * doubles. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);

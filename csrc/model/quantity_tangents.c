@@ -43,7 +43,7 @@ static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in space of a vector v that changes by dv in the body. */
+/* Returns the change in space of a vector v whose change in the body is dv. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {
@@ -299,8 +299,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of the vectors from those of the parameters and of the state, which is `column`
- * of the tangents. */
+/* Sets the changes of the vectors, given the changes of the parameters and the change of the state,
+ * `column` of the tangents. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

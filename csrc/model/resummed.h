@@ -12,7 +12,7 @@
  * rotated by -e g c om about e3 and by -e g l om about a, with
  *     z = e^2 I / 2,    h = e (A + g l c e^4/8 (B + (1 + z) B')),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
- * All these numbers are constant on an orbit. (Derived for this library; no earlier source is
+ * All these numbers are constant along an orbit. (Derived for this library; no earlier source is
  * known.) */
 #ifndef KR_RESUMMED_H
 #define KR_RESUMMED_H

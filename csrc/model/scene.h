@@ -24,7 +24,7 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 /* Returns the kind of the top. Without gravity, a top is a free body wherever its centre of mass
  * is. */
 kr_kind kr_scene_kind(const kr_scene *scene);
-/* If KR_NO_SUPPORTS is defined, the Taylor series does without the terms of friction and of moving
+/* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms of friction and of moving
  * supports, and refuses scenes that need them. */
 #ifdef KR_NO_SUPPORTS
 #  define KR_HAS_SUPPORTS 0
@@ -45,14 +45,14 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
-/* Returns 1 if the support turns about the vertical. In the space at rest the motion of an undamped
- * top is then that of a top on a support at rest. */
+/* Returns 1 if the support turns about the vertical. In the inertial frame, an undamped top then
+ * moves as on a support at rest. */
 static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
 /* Returns 1 if a top has no closed form because of its damping, friction or support. If `own` is
- * nonzero, the driver converts states from the space at rest. */
+ * nonzero, the driver converts states from the inertial frame. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;

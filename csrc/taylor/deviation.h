@@ -103,8 +103,8 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds the terms `first`, `first` + 2, ... to `a`. If PARTS_AT_ONCE is 2, adds the terms between
- * them to `b`. */
+/* Adds the terms `first`, `first` + 2, ... to `a`. If PARTS_AT_ONCE is 2, adds the terms `first` +
+ * 1, `first` + 3, ... to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {

@@ -27,7 +27,7 @@ PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, d
 }
 
 /* Compilers unroll only loops of constant length, but a kernel is called through a pointer, and its
- * order is not an argument. Each order n therefore has functions of its own, in which n is a
+ * order is not an argument. Therefore each order n has separate functions, in which n is a
  * constant. STEP defines the function that makes a step, step_whole_n or step_headless_n. KERNELS
  * defines both of them and evaluate_n, which evaluates the series within a step. ORDERS lists the
  * orders; WHOLE_KERNEL and HEADLESS_KERNEL make the rows of the tables from the same list. */

@@ -1,6 +1,6 @@
-/* The Taylor series with a head in double-double and a tail in doubles (kernel.c). The head
- * consists of the first few terms for 20 digits, and of about half of all terms for 30. This file
- * is compiled once for each instruction set. */
+/* The Taylor series (kernel.c) with its first terms, the head, in double-double precision, and the
+ * other terms in double precision. For 20 digits the head has only a few terms, and for 30 digits
+ * it has about half of all terms. This file is compiled once for each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"

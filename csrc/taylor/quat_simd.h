@@ -19,7 +19,7 @@
 #  define ALIGNED
 #endif
 /* UNROLL marks a loop over the terms of a series to be unrolled. Up to 28 copies of its body fit
- * the instruction cache only if vectors have eight lanes. With narrower vectors loops are not
+ * into the instruction cache only if vectors have eight lanes. With narrower vectors loops are not
  * unrolled, and a function marked PER_ORDER has one copy for all orders. If KR_ROLLED is defined,
  * loops are not unrolled on any hardware. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
@@ -167,8 +167,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums run in two parallel chains. Newer instruction sets have enough
- * registers for both, and a single chain would wait for its own results. lone_fma is the fma of a
- * single double. */
+ * registers for both chains. A single chain would wait for its own results. lone_fma is the fma of
+ * a single double. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }

@@ -38,8 +38,8 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 #endif
 
 /* DOUBLED defines the type D, which has a high and a low word of type T, and its arithmetic. fma
- * leaves its result unnormalized (|lo| of a few units in the last place of hi), which is faster;
- * mul and store normalize. */
+ * leaves its result unnormalized, which is faster: |lo| may be a few units in the last place of hi.
+ * mul and store normalize their results. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \
@@ -129,8 +129,8 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 
 /* series.h is written with the names of quat_simd.h: duo, quad, and their functions. From here on
  * the preprocessor replaces these names by those for double-double, so that series.h, included
- * after this file, is the same recurrence in double-double. A list macro cannot write these lines,
- * because no macro can define another. Loops are not unrolled, because their bodies are too
+ * after this file, is the same recurrence in double-double. A list macro cannot generate these
+ * lines, because a macro cannot define macros. Loops are not unrolled, because their bodies are too
  * long. */
 #undef UNROLL
 #define UNROLL

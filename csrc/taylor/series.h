@@ -12,22 +12,22 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form omits the attitude, whose lanes are zero. Motions with damping have their own
- * expansion, so that other motions do not pay for it. */
+/* The variant without the heading (headless) omits the attitude, whose lanes are zero. Motions with
+ * damping have an expansion of their own, so that damping costs other motions nothing. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* W is permuted in both forms, P in the headless form only. The vectors of one order are adjacent
- * in memory, so that one instruction can load both. */
+/* W is permuted in both variants, P in the headless variant only. The vectors of one order are
+ * adjacent in memory, so that one instruction can load both. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
-    duo i, j, k; /* of W_j x_m for each axis; the headless form uses p instead */
+    duo i, j, k; /* of W_j x_m for each axis; the headless variant uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } series_sums;
@@ -130,7 +130,7 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
                                     linear_terms linear)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* The place in which P_n is stored depends on the form. */
+    /* The place in which P_n is stored depends on the variant. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -173,10 +173,10 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size at which the last term is as large as the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. These are the two terms before the last, so that the step size is known
- * together with the last term. Very near an unstable equilibrium all terms lie below the tolerance
- * and give no estimate. The step is therefore limited so that the neglected terms of a falling top
- * cannot exceed the last one. */
+ * or odd series vanishes. The two terms before the last one are used, so that the step size is
+ * known as soon as the last term. Very near an unstable equilibrium all terms lie below the
+ * tolerance and give no estimate. The step is therefore limited so that the neglected terms of a
+ * falling top cannot exceed the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -187,9 +187,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 
 /* Returns the step size at which products of the middle coefficients of a head have the size
  * 2^log2_size. The first coefficient of the tail is a sum of such products and is affected by their
- * rounding errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller
- * than the products. The last term would then allow too long a step: the rounding errors of the
- * tail, which is in doubles, would spoil the digits of the head. */
+ * rounding errors. The sum can be far smaller than the products if they cancel, as for a sum of few
+ * exponentials. A step chosen by the last term alone would then be too long: the rounding errors of
+ * the tail, which is in doubles, would spoil the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

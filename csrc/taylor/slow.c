@@ -3,13 +3,13 @@
  * its slow manifold, on which
  *     D W_n - h x W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
  * determines the Taylor coefficients of W about this axis by iteration, each from the next one. The
- * rotor's torque h x W is as linear as damping is, and may exceed it. All
- * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
- * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
- * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
- * motion. The error of this truncation is below the rounding errors (Fenichel 1979). Until the
- * motion reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
- * small W to which it decays. */
+ * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients follow
+ * from the recurrence of taylor.h. The radius of convergence is determined by the slow motion and
+ * allows long steps. The recurrence alone would need steps as short as A / D. The neglected part is
+ * of the order exp(-D t / A), where t is a typical time of the slow motion. The error of this
+ * truncation is below the rounding errors (Fenichel 1979). Until the motion reaches the manifold,
+ * it is integrated by the recurrence, with a tolerance relative to the small W to which it
+ * decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -33,8 +33,8 @@ enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
 typedef struct slow_axes {
     int is_slow[3], has_rotor;
     double rate, fall;
-    /* The angular velocities about the slow axes, for torques that alone would give one of them the
-     * value 1. A rotor couples the axes. */
+    /* The response of the angular velocities about the slow axes to a torque. Each torque is such
+     * that without the rotor, which couples the axes, its angular velocity would be 1. */
     double gain[3][3];
 } slow_axes;
 
@@ -48,9 +48,9 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? 0.0 : s->shift[i] * w[j]) +
                       (slow->is_slow[k] ? 0.0 : s->shift[i + 4] * w[k]));
 }
-/* Returns the size of the angular velocity about a slow axis, as determined by the torques about
- * the slow axes. The product of the velocities about two slow axes is left out, because it is
- * smaller than both. */
+/* Returns the size of the angular velocity about a slow axis, computed from the torques about the
+ * slow axes. The product of the velocities about two slow axes is left out, because it is smaller
+ * than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -68,7 +68,7 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 }
 
 /* Returns the least size of an angular velocity that is determined by its torque and is not
- * negligible. If there is no torque, returns the largest angular velocity. */
+ * negligible. Without a torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0;
@@ -117,8 +117,8 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
-/* Inverts a matrix with ones on its diagonal, whose row i has `ahead` in column i + 1 and `behind`
- * in column i + 2, both only if both axes are slow. */
+/* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
+ * column i + 2, but only where both axes are slow. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -150,7 +150,7 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
+/* Marks as slow all axes whose rate of damping is not below the rate of axis `least`. Returns 1 if
  * damping is strong about all these axes. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
 {

@@ -7,7 +7,7 @@
  * if the motion has not reached the manifold. The caller then steps with `kernel` and the tolerance
  * written to `log2_tol`. */
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol);
-/* Returns 1 if damping, which drives a top backward in time, turns the top by more than 2^53 rad
- * until the clock is `until`. */
+/* Returns 1 if the top turns by more than 2^53 rad until the clock is `until`. This can happen
+ * backward in time, where damping accelerates the top. */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
 #endif

@@ -27,8 +27,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Changes W_n of the slow axes so that they follow their torques. `follows` are the torques over
- * the damping, with the rotor's torque for the present W_n. */
+/* Sets W_n of the slow axes to the values that their torques determine. `follows` are the torques
+ * over the damping, with the rotor's torque for the present W_n. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
@@ -98,7 +98,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
 /* Reads the constants of a series. The values of the series at the end of the step become
- * coefficients 0. All other coefficients become zero. */
+ * coefficients 0. Sets all other coefficients to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);

@@ -20,7 +20,7 @@ typedef struct {
     turned_vector w;
     duo u, o, p;
 } turned_support;
-/* The sums of products of series_sums, and those of O x U and of G P. */
+/* The sums of products of series_sums, and the sums for O x U and G P. */
 typedef struct {
     series_sums plain;
     duo turned, pulled;
@@ -93,7 +93,7 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     copy_number(s->w[n], own->end_w);
 }
 /* Returns coefficient n + 1 of W while friction holds the top, from the coefficient without
- * friction. The result keeps <U, a> constant. */
+ * friction. With the result, <U, a> remains constant. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -140,12 +140,12 @@ INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
         duo_store(own->x[n], cosine);
     }
 }
-/* Permutes coefficient n of P, which the headless form needs. */
+/* Permutes coefficient n of P, as the headless variant needs it. */
 INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
     of[n].p = duo_prev_next(quad_load(s->x[n] + 4));
 }
-/* Sets the coefficients n + 1 of the support. Those of (q | P) and W are known. */
+/* Sets the coefficients n + 1 of the support. The coefficients of (q | P) and W are known. */
 INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                    form what, int turns)
 {

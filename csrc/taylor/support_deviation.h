@@ -23,8 +23,8 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int rubs, holds;
 } LOCAL(moving_path);
-/* A deviation: theta, N, c x theta and theta x a + d; and the terms of theta' and N' that do not
- * depend on it. */
+/* A deviation: theta, N, c x theta and theta x a + d, and the terms of theta' and N' that do not
+ * depend on the deviation. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];

@@ -1,8 +1,8 @@
-/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps.
- * A step begins with the position of the support at its time. With friction, the spin of a top that
- * slides, and the torque that holds a top, are polynomials on the step. If one of them reaches its
- * limit, the step ends there. The time of the end is found to rounding errors, in double-double for
- * more than 16 digits. */
+/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps. A
+ * step begins with the position of the support at its time. With friction, the spin of a top that
+ * slides, and the torque that holds a top, are polynomials on the step. The step ends where the
+ * spin or the torque reaches its limit. The time of the end is accurate up to rounding errors, in
+ * double-double for more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -17,8 +17,8 @@
 /* The interval in which a limit is reached is halved until its length is this fraction of the
  * step. */
 #define NARROW_PART 0x1p-30
-/* Larger friction would overflow. It would stop the top in the same time, which is too short for
- * doubles to resolve. */
+/* Larger friction would overflow. At this limit, friction already stops the top in a time too short
+ * for doubles to resolve. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -237,7 +237,7 @@ static dd spin_at_end(const kr_series s[2])
     const vec_dd U = vdd_add(W, vdd_scale(dd_of(-1.0), O));
     return vdd_dot(U, apex);
 }
-/* Removes the spin at the end of the last step. */
+/* Sets the spin at the end of the last step to zero. */
 static void remove_spin(kr_series s[2])
 {
     const vec_dd W = v_dd(v_of(s[0].end_w + 1), v_of(s[1].end_w + 1)),
@@ -261,7 +261,7 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    /* The memory may contain values of another top. */
+    /* The memory may still contain values of another top. */
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].sway, 0, 2 * sizeof *s->sway);

@@ -36,9 +36,9 @@ double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a top that slides in this step, 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if friction changes its direction at the end of the last step, or holds the top from
- * then on. Writes the factor of kr_support_jump_tangents. It is NaN at the start of a top without
- * spin that friction cannot hold: the direction of the friction then depends on the sign of the
- * change. */
+ * then on. Writes the factor of kr_support_jump_tangents. The factor is NaN at the start of a top
+ * without spin that friction cannot hold, because the direction of the friction then depends on the
+ * sign of the change. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Makes the next step. With friction, a step ends where the spin reaches 0, and where friction can
  * no longer hold the top. */

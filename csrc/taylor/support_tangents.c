@@ -10,8 +10,8 @@
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
-    /* The apex, the friction, the sign of the spin of a top that slides; nonzero if friction holds
-     * the top. */
+    /* The apex, the friction, and the sign of the spin of a top that slides; `holds` is nonzero if
+     * friction holds the top. */
     dd apex[3];
     double friction, sliding;
     int holds;

@@ -8,8 +8,8 @@
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the change of the momentum of n single
- * deviations, at the end of the path's step. Deviations that do not change the spin stay as they
- * are. */
+ * deviations, at the end of the path's step. Deviations that do not change the spin are left
+ * unchanged. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               kr_tangent *first, size_t n, dd factor);
 #endif

@@ -1,7 +1,7 @@
 /* Tangents along the path of the method taylor: start, propagation over the steps of the path, and
- * values within a step. If the last terms of their series are too large at the end of a step, the
- * tangents are propagated over the step in several parts. Each part has its own expansion of the
- * path, so the path itself never changes. */
+ * values within a step. If the last terms of the tangents' series are too large at the end of a
+ * step, the tangents are propagated in several parts. Each part has its own expansion of the path,
+ * so the path itself never changes. */
 #include "support_motion.h"
 #include "support_tangents.h"
 
@@ -33,9 +33,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which precede the single deviations in memory. A deviation has
- * bitwise equal results in a batch and by itself, so a small build has no batches. Tops on moving
- * supports have no batches, either. */
+/* Returns the number of batches, which precede the single deviations in memory. Results for a
+ * deviation in a batch and for a single deviation are bitwise equal, so a small build has no
+ * batches. Tops on moving supports have no batches, either. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -461,8 +461,8 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
                                     first[i * words].at);
 }
 /* Returns the change of the momentum in space, given by its components in the body. Up to 16 digits
- * the rotation is in doubles, as for the state. In double-double it would take most of the time of
- * an output. */
+ * the rotation is in doubles, as for the state. In double-double it would dominate the time of an
+ * output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

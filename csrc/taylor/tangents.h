@@ -13,10 +13,10 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Series of eight numbers about the time t. They are valid on a step of the path, or on the last
- * part of the step if the tangents need shorter parts. The eight numbers of a single deviation are
- * (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
- * deviations: struct k holds component k of (theta, N) of each. Both layouts give bitwise equal
+/* Series of eight numbers about the time t. The series are valid on a step of the path, or on the
+ * last part of the step if the tangents need shorter parts. The eight numbers of a single deviation
+ * are (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
+ * deviations: struct k holds component k of (theta, N) of each. The two layouts give bitwise equal
  * results. For 20 and 30 digits each struct is an array of two, high words and low words,
  * sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {
@@ -39,14 +39,14 @@ typedef struct kr_tangent {
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
     /* For support_deviation.h, of single deviations: the derivatives of the lever per acceleration,
-     * (0, b), and of the support's turning in space; a kr_timing, which tells k. */
+     * (0, b), and of the support's turning in space; a kr_timing, which selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double unused[95];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */
-    KR_DEVIATION_BATCH_MIN = 5,    /* fewer deviations are propagated singly */
+    KR_DEVIATION_BATCH_MIN = 5,    /* fewer deviations than this are propagated one by one */
     KR_DEVIATION_BATCH_STRUCTS = 6 /* structs of a batch */
 };
 typedef char kr_tangent_is_as_long_as_a_series[sizeof(kr_tangent) == sizeof(kr_series) ? 1 : -1];

@@ -1,9 +1,9 @@
 /* The Taylor method, for any top and any accuracy: to the rounding errors of doubles, or to 20 or
- * 30 digits. A step is as long as the tolerance allows, whatever times are requested. Each state
- * within a step costs one evaluation of the series. The equations are in taylor.h; the step size
- * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
- * unit of time is a power of two that is so short that W stays below one. Coefficients therefore do
- * not overflow, and thresholds are dimensionless. */
+ * 30 digits. A step is as long as the tolerance allows, independently of the requested times. Each
+ * state within a step costs one evaluation of the series. The equations are in taylor.h; the step
+ * size follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the
+ * tolerance. The unit of time is a power of two that is so short that W stays below one.
+ * Coefficients therefore do not overflow, and thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "series_words.h"
@@ -18,8 +18,8 @@ typedef kr_taylor taylor_work;
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
-/* The kernels of an instruction set. A build may leave out those for more than 16 digits, or those
- * of tangents. */
+/* The kernels of an instruction set. A build may omit the kernels for more than 16 digits, or the
+ * kernels of tangents. */
 #ifdef KR_NO_DIGITS
 #  define FOR_DIGITS(kernel) NULL
 #else
@@ -53,7 +53,7 @@ const kr_isa *kr_taylor_isa(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns log2 of the tolerance of a step. Doubles give 16 digits; the tolerances for 20 and 30
- * digits were found by measurements with validation/studies/taylor_kernel_study.py depth. */
+ * digits were measured with validation/studies/taylor_kernel_study.py depth. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
@@ -63,7 +63,7 @@ static double log2_tolerance(const kr_motion *motion)
 /* Returns the kernel whose order is fastest for this tolerance, and lowers the tolerance to the
  * target of its steps. If the last terms are equal, a higher order leaves a larger error. The
  * target of a higher order is therefore lower, but not below the rounding error. Orders and targets
- * were found by measurements with validation/studies/taylor_kernel_study.py orders. */
+ * were measured with validation/studies/taylor_kernel_study.py orders. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -83,9 +83,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
- * turns W in the body, than the rates of the support, and than every W that the energy allows.
- * Damping does not raise the energy, hence
+/* Returns a power of two that exceeds every W that the energy allows, and the rates of damping, of
+ * the support, and of the turning of W by the rotor. Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
@@ -107,8 +106,8 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[1].shift[lane] = shift.lo;
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. If two moments are equal, there
- * is no product of their angular velocities. A factor LEAST_FACTOR adds one that is below the last
- * digit, so that the rotor can change it. */
+ * is no product of their angular velocities. The factor LEAST_FACTOR then adds a product that is
+ * below the last digit, which the rotor's term can modify. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -253,7 +252,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     double log2_tol;
     if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
-    /* No step in doubles can meet a tolerance below 2^-54. */
+    /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {
         const kr_status status = kr_support_step(motion, kernel_of_motion(motion));

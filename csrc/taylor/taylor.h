@@ -9,9 +9,9 @@
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
- * A rotor adds h x W_n, which consists of products of components, too. The product of next(W_n) and
- * prev(W_0) contains it if a constant is added to prev(W_0), likewise that of prev(W_n) and
- * next(W_0). A rotor therefore costs nothing.
+ * A rotor adds h x W_n, which consists of products of components, too. If a constant is added to
+ * prev(W_0), the product of next(W_n) and prev(W_0) contains a term of the rotor. The same holds
+ * for next(W_0) and the product of prev(W_n) and next(W_0). A rotor therefore costs nothing.
  * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
  * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H
@@ -20,11 +20,11 @@
 #include "math/isa.h"
 
 /* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double. Doubles
- * suffice for the later terms, which are smaller. LAST is the last term of all. Products whose sums
- * are in doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This is the
- * resolution of doubles, or a little more if the tolerance is lower than the digits need. These
- * values were measured by `taylor_kernel_study.py depth` in validation/studies, which also compiles
- * other numbers of terms. */
+ * suffice for the later terms, which are smaller. LAST is the last term of all. Products that are
+ * summed in doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This factor
+ * is the resolution of doubles, or a little more if the tolerance is lower than the digits require.
+ * These values were measured by `taylor_kernel_study.py depth` in validation/studies, which also
+ * compiles other numbers of terms. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -52,7 +52,7 @@ typedef struct kr_series {
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of support.h */
-    double fall;   /* shortest time in which a fall can grow by a factor e */
+    double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
     /* Terms of support.h at the start of the step. `turn` is O. `sway` has the varying part of G,
      * its sine, its rate, and the constant part of G. `rub` is the angular acceleration due to
      * friction. */
@@ -75,7 +75,7 @@ typedef struct kr_taylor {
     /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
      * the spin before that, 0 if the top was held from the start. */
     double sliding, before_hold;
-    double held_rate; /* `rate` while large friction holds the top, and so does not count */
+    double held_rate; /* `rate` while large friction, which then does not count, holds the top */
     double unused[1];
 } kr_taylor;
 

@@ -28,10 +28,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes a cuboid with a free choice of mass: one of density 1 if possible, otherwise the largest
- * one. The largest cuboid is found by ternary search, which works because the logarithm of the
- * volume is concave in 1 / mass. The density increases with the mass. The margin 1.001 is needed
- * for the cuboid of the thesis (Bodack 2008): it has density 1 and is at the same time the largest
+/* Writes a cuboid whose mass can be chosen freely: one of density 1 if possible, otherwise the
+ * largest one. The largest cuboid is found by ternary search, which works because the logarithm of
+ * the volume is concave in 1 / mass. The density increases with the mass. The margin 1.001 is
+ * needed because the cuboid of the thesis (Bodack 2008) has density 1 and is also the largest
  * cuboid. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
@@ -66,7 +66,7 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     const kr_body *b = &scene->body;
     const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com),
                  largest = v_largest(b->inertia);
-    kr_scene resting = *scene; /* seen from the space at rest */
+    kr_scene resting = *scene; /* seen from the inertial frame */
     resting.turning = v3(0.0, 0.0, 0.0);
     const double energy = kr_state_kinetic(&resting, &scene->start) + fall;
     *momentum = v_length(b->rotor) + sqrt(2.0 * energy * largest);

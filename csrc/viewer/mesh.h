@@ -26,15 +26,15 @@ typedef struct kr_trail {
 } kr_trail;
 
 /* Returns a cuboid with the inertia, mass and centre of mass of the body. Unphysical bodies have no
- * such cuboid. For them, returns a cuboid with the inertia and the product mass * com of the body:
- * one of density 1 if possible, otherwise the largest one. If there is no such cuboid either,
- * returns a cube with edges of length 2. */
+ * such cuboid. For unphysical bodies, returns a cuboid with the inertia and the product mass * com
+ * of the body. Its density is 1 if possible; otherwise the largest such cuboid is returned. If
+ * there is no such cuboid either, returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the lengths of momentum and angular velocity that set the scale of the picture. The
  * momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
  * loss of potential energy, with the largest moment I. The scale of the angular velocity is the
  * bound of |m| - |rotor| divided by I, plus the rate of the support, but at least the initial
- * value. Energies are computed in the space at rest. A scale that would be zero, as for a top that
+ * value. Energies are computed in the inertial frame. A scale that would be zero, as for a top that
  * cannot move, is 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with this radius. Older points are up to 2 % nearer the

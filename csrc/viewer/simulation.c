@@ -89,7 +89,7 @@ static void begin_row(kr_simulation *simulation)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
 /* Merges each pair of rows into one, to halve the record. Also moves the row after the last one,
- * which holds the extremes since then. */
+ * which holds the extremes since the last row. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -220,7 +220,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* Ends the top at the state `before`, if its state now is below the floor. */
+/* Ends the motion of the top at the state `before`, if its present state is below the floor. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,

@@ -27,7 +27,7 @@ enum {
      * removed. */
     KR_SIMULATION_ROWS = 1024,
     /* Number of measurements of integrals and errors between two rows of the record. It is smaller
-     * if there are fewer times that all tops share. */
+     * if all tops have fewer times in common. */
     KR_SIMULATION_SAMPLES = 64,
     /* Number of measurements of all other quantities between two rows. They take longer to
      * compute. */
@@ -55,7 +55,7 @@ typedef struct kr_simulation_slot {
     int restarts;            /* nonzero: restarted after each step */
     int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
-    kr_status status;        /* the top is advanced only while this is KR_OK and `is_down` is 0 */
+    kr_status status;        /* the top advances only while this is KR_OK and `is_down` is 0 */
     double lowest;           /* height of the apex, a cosine, at which the rim meets the floor */
     int is_down;             /* nonzero: the rim meets the floor during the next step */
     double stood;            /* time at which the rim meets the floor */
@@ -104,13 +104,13 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
 /* Ends the motion of the last top where its apex falls below the height `lowest`, the cosine of the
- * nutation at which the rim touches the floor. The top then keeps its last state above this height.
- * The time `stood` is interpolated within the step that follows. Without this call, no floor is
- * considered. */
+ * nutation at which the rim touches the floor. The top then remains in its last state above this
+ * height. The time `stood` is interpolated within the step that follows. Without this call, no
+ * floor is considered. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
-/* Advances each top to the end of its last step not after `target`, by at most `most` steps in
- * total. Returns the time reached. If the budget is used up inside a step of a fast top, sets
- * `is_late`; the next call continues this step. */
+/* Advances each top to the end of its last step that ends at or before `target`, with at most
+ * `most` steps in total. Returns the time reached. If the budget is used up inside a step of a fast
+ * top, sets `is_late`; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measures of top i. All values of a failed top are NaN. The error is NaN if
  * there is no reference, or if the reference is at another time. */

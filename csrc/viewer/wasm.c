@@ -1,6 +1,6 @@
-/* Functions for the viewer, in addition to kreisel.h: the simulation, the picture of the
- * tops, and constants from which the viewer is built. Compiled for WebAssembly only. The simulation
- * is global, because a page has exactly one. */
+/* Functions for the viewer, in addition to kreisel.h: the simulation, the picture of the tops, and
+ * constants from which the viewer is built. This file is compiled for WebAssembly only. The
+ * simulation is global, because a page has exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"

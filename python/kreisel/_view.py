@@ -34,7 +34,7 @@ class _Body(TypedDict):
     com: Vector
 
 
-class _Track(TypedDict):
+class _PathTrack(TypedDict):
     name: str
     step: float
     states: str
@@ -58,7 +58,7 @@ class _Scene(TypedDict):
     step: list[float]
     speed: float
     tol: float
-    tracks: list[_Track]
+    tracks: list[_PathTrack]
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def view(
 
 
 def _viewer_scene(
-    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
+    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_PathTrack]
 ) -> _Scene:
     name = name_of(scene)
     return {
@@ -236,7 +236,7 @@ def _parse_step(step: float) -> float:
     return round(length / _TICK) / 1e6
 
 
-def _track_of_path(path: Path) -> _Track:
+def _track_of_path(path: Path) -> _PathTrack:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = (

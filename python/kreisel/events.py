@@ -132,8 +132,8 @@ def crossing(
     if a function is invalid, and ValueError if `function` is constant.
     """
     level = as_float("value", value)
-    terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, _condition(where), False, direction, max_count, terminal)
+    terms = _parse_terms("function", function) + (((-level, 0, 0),) if level else ())
+    return _event(terms, _parse_condition(where), False, direction, max_count, terminal)
 
 
 def extremum(
@@ -148,8 +148,8 @@ def extremum(
 
     The other arguments are as in crossing.
     """
-    terms = _terms("function", function)
-    return _event(terms, _condition(where), True, direction, max_count, terminal)
+    terms = _parse_terms("function", function)
+    return _event(terms, _parse_condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -216,7 +216,7 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 
     The event must be defined with the rotor of the body, and the support must not turn.
     """
-    half = {term for term in _terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
+    half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
     if kinetics and np.any(tops.turning):
         raise ValueError("kinetic does not support turning supports")
@@ -249,9 +249,8 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     On both sides of the separatrix, motions are slow near this equilibrium. Under gravity, the
     events are the points at which the centre of mass is highest. Without torque, the events are the
-    points at which the angular velocity turns back near the axis of the middle principal moment, on
-    either side of this axis. The states at the events show how near the motion is to the
-    equilibrium.
+    points of closest approach of the angular velocity to the intermediate principal axis, in either
+    direction. The states at the events show how near the motion is to the equilibrium.
 
     The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
     ValueError for a body without torque and with two equal moments, because there is no separatrix.
@@ -288,7 +287,8 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     return extremum({f"body_velocity_{i}": a for i, a in along if a}, **more)
 
 
-def _terms(name: str, function: object) -> Terms:
+def _parse_terms(name: str, function: object) -> Terms:
+    """Return the terms of a sum of components."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
@@ -342,8 +342,9 @@ def _component(word: str) -> int:
     raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
 
 
-def _condition(where: Function | None) -> Terms:
-    condition = () if where is None else _terms("where", where)
+def _parse_condition(where: Function | None) -> Terms:
+    """Return the terms of a condition, empty if there is none."""
+    condition = () if where is None else _parse_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
     return condition

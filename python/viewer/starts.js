@@ -22,7 +22,7 @@ export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, star
   const [x, y, about] = turning;
   if (typeof start.precession === "string" && (x || y))
     throw new Error("there is no steady precession on a support that turns in this way");
-  // Rates as seen from the space at rest.
+  // Rates as seen from the inertial frame.
   const [axial, torque] = [along * (start.spin + about * cos) + made.rotor[2], mass * gravity * com[2]];
   const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);
   const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };

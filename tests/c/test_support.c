@@ -55,7 +55,7 @@ static void test_truth(int digits, double most)
         kr_top_free(top);
     }
 }
-/* Returns a state of the space at rest, seen from a support that turns and agreed at t = 0. */
+/* Returns a state of the inertial frame, seen from a support that turns and agreed at t = 0. */
 static kr_state seen_from(kr_vec3 turning, kr_state s)
 {
     const kr_quat turn = q_exp(v_scale(-s.t, turning));
@@ -63,7 +63,7 @@ static kr_state seen_from(kr_vec3 turning, kr_state s)
     s.m = q_turn(turn, s.m);
     return s;
 }
-/* A free top, and every top on a support that turns about e3, moves as in the space at rest. All
+/* A free top, and every top on a support that turns about e3, moves as in the inertial frame. All
  * methods follow such supports. */
 static void test_space_at_rest(void)
 {

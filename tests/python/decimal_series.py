@@ -103,7 +103,7 @@ class Series:
     def _momentum_rates(self, m, w, p, v, n):
         """Return the n-th Taylor coefficients of the time derivative of the body momentum.
 
-        `w` is the velocity in the space at rest, `v` the one relative to the support, and `p` the
+        `w` is the velocity in the inertial frame, `v` the one relative to the support, and `p` the
         vertical times gravity.
         """
         torque = []

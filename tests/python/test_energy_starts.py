@@ -238,14 +238,14 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
         whole = whole.split()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
-    middles, reach = whole.middles()
+    centres_and_reaches, reach = whole.centres_and_reaches()
     corners = np.stack(
         [
-            starts._verticals(whole.height + a * whole.tall, whole.angle + b * whole.wide)
+            starts._points_on_sphere(whole.height + a * whole.tall, whole.angle + b * whole.wide)
             for a, b in itertools.product((0.0, 0.5, 1.0), repeat=2)
         ]
     )
-    away = np.arccos(np.clip((corners * middles).sum(axis=-1), -1.0, 1.0))
+    away = np.arccos(np.clip((corners * centres_and_reaches).sum(axis=-1), -1.0, 1.0))
     assert (away <= reach + 1e-7).all() and reach.max() < 0.75
     tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).split()
     assert tall.tall.tolist() == [0.5, 0.5] and tall.height.tolist() == [-0.5, 0.0]

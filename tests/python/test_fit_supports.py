@@ -133,7 +133,9 @@ def test_fits_on_moving_supports(words, start, free):
     fit = kr.fit(guess, records, names)
     assert 0.8 < fit.chi2 / fit.dof < 1.2
     [scale] = fit.unidentified
-    assert scale == "the scale of the moments: moments, damping and com may all have one factor"
+    assert (
+        scale == "the scale of the moments: moments, damping and com have an unknown common factor"
+    )
     expected = {}
     if free == "free" and "turning" in words:
         expected |= dict(zip(("turning_x", "turning_y", "turning_z"), TURNING, strict=True))
@@ -149,7 +151,9 @@ def test_fits_on_moving_supports(words, start, free):
 def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
     table = HEAVY.replace(turning=(0.0, 0.0, 2.0))
     t = np.linspace(0.0, 3.0, 150)
-    at_rest = HEAVY.replace(momentum=table.momentum)  # the same motion, seen from the space at rest
+    at_rest = HEAVY.replace(
+        momentum=table.momentum
+    )  # the same motion, seen from the inertial frame
     noise = SIGMA * np.random.default_rng(7).normal(size=(150, 3))
     values = kr.solve(at_rest, t).body_velocity + noise
     guess, free = GUESS.replace(turning=(0.0, 0.0, 2.0)), ("start", "moments", "com")
@@ -220,7 +224,7 @@ def test_gaps_between_pieces_have_right_derivatives(words):
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.start_along(parameters.start)
+    pieces = model.start_on_motion_of(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
     natural = np.minimum(model.natural_sizes(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural
@@ -277,14 +281,16 @@ def test_blind_directions_are_named():
     fit = kr.fit(top, gyroscope(top), ("start", "moments", "friction"))
     scale, *others = fit.unidentified
     assert scale == (
-        "the scale of the moments: only their ratios, and damping and friction over moments, count"
+        "the scale of the moments: only their ratios, and damping and friction over moments, matter"
     )
     assert all("attitude" in other or "heading" in other for other in others)
     heavy = HEAVY.replace(friction=1.0)
     sentences = kr.fit(
         heavy, gyroscope(heavy), ("start", "moments", "com", "friction")
     ).unidentified
-    scale = "the scale of the moments: moments, damping, friction and com may all have one factor"
+    scale = (
+        "the scale of the moments: moments, damping, friction and com have an unknown common factor"
+    )
     assert sentences == (scale, HEADING)
     spun = HEAVY.replace(turning=TURNING)
     t = np.linspace(0.0, 3.0, 150)

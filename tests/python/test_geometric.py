@@ -303,7 +303,7 @@ class Search:
     def refine(self, steps, error):
         return steps + 1
 
-    def unmet_error(self, why):
+    def error_not_met(self, why):
         return ValueError(why)
 
 

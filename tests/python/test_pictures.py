@@ -14,7 +14,7 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._plot import solids
-from kreisel._plot.solids import draw_tube, revolve
+from kreisel._plot.solids import body_of_revolution, draw_tube
 from kreisel._plot.stage import STEEL
 from matplotlib.animation import FFMpegWriter
 from matplotlib.collections import PolyCollection
@@ -491,7 +491,7 @@ def test_a_body_of_any_size_is_drawn_as_what_it_is():
 
 
 def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
-    faces, _ = revolve(2.0, 0.3, 0.5, False)
+    faces, _ = body_of_revolution(2.0, 0.3, 0.5, False)
     points = faces.reshape(-1, 3)
     assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
     assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])

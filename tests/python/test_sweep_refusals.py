@@ -253,7 +253,7 @@ def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)
-    assert 2501 not in source._sample_indices()
+    assert 2501 not in source._validation_indices()
     with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang' does not apply to"):
         kr.sweep(source, 1, "strang", step=0.1, folder=tmp_path, part_size=1000)
     assert kr.read_sweep(tmp_path).present == [0, 1]

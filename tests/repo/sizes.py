@@ -144,7 +144,7 @@ def link_program(folder, compiler, level, text, library):
 
 
 def sum_sections(program):
-    """Return the bytes of text and data of a program."""
+    """Return the total size of the text and data sections of a program [bytes]."""
     text, data, *_ = run("size", program).splitlines()[1].split()
     return int(text) + int(data)
 

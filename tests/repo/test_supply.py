@@ -77,7 +77,7 @@ def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a copy of the files that check a .venv, with a .venv made for another folder."""
+    """Return a copy of the scripts that check a .venv, with a .venv created elsewhere."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")

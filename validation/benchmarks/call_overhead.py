@@ -5,8 +5,8 @@
 The overhead is the time of a call minus the time of the core's own work: making a top, recording
 its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
 timed in a separate process. With --beside, the processes alternate between this kreisel and the one
-installed for OTHER_PYTHON. In each round, the fastest of 25 repeats counts. The result is the
-median over the rounds, in microseconds.
+installed for OTHER_PYTHON. In each round, the time of the fastest of 25 repeats is used. The result
+is the median over the rounds, in microseconds.
 """
 
 import argparse

@@ -3,9 +3,10 @@
     python -m validation.benchmarks.call_speed [SCENE ...] [--rounds 61]
 
 The measurements are those of the part `calls` of the report. A ratio is the time of heyoka divided
-by the time of kreisel: the median of the rounds, and the ratio of the least times. The compilation
-of heyoka pays off after the number of runs in which heyoka gains the compile time. The share is
-that of the peak of a core. validation.studies.taylor_kernel_study prints it for the kernels alone.
+by the time of kreisel: the median of the rounds, and the ratio of the least times. The program also
+prints the number of runs after which heyoka's faster runs have made up for its compile time. The
+share is that of the peak of a core. validation.studies.taylor_kernel_study prints it for the
+kernels alone.
 """
 
 import argparse

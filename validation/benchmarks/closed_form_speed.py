@@ -3,8 +3,8 @@
     python -m validation.benchmarks.closed_form_speed [scene ...] [--rounds 41]
 
 kreisel is timed in C by closed_form_speed.c, and heyoka in its own loops, so that the overhead of
-Python is negligible. The runs of both programs are interleaved, and the fastest of all rounds
-counts. Other load on the machine slows heyoka most, because its runs are longer.
+Python is negligible. The runs of both programs are interleaved, and the shortest time of all rounds
+is used. Other load on the machine slows heyoka most, because its runs are longer.
 """
 
 import argparse
@@ -81,7 +81,7 @@ class KreiselTimer:
         return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def has_equal_bits(self):
-        """Return True if single states and batches are bitwise equal on every instruction set."""
+        """Return True if single states and batches are bitwise equal for every instruction set."""
 
         def bits(call, isa):
             assert call(isa) > 0

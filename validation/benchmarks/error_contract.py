@@ -192,7 +192,7 @@ def run_error(case, times, truth, steps):
 
 
 def fewest_steps(case, times, truth, steps):
-    """Return the smallest number of steps with which the chosen method meets the target, to 5 %.
+    """Return the smallest sufficient number of steps of the chosen method, within 5 %.
 
     Step numbers up to about 4 * `steps` are tried.
     """

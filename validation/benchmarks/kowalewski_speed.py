@@ -2,11 +2,11 @@
 
     python -m validation.benchmarks.kowalewski_speed [--tops 10000] [--checked 2000] [--late 4]
 
-The moments are exactly 2 : 2 : 1, with the axes in any order. Rates are 0.1 to 10 in the top's
-internal unit of time. The centre of mass lies along an equal axis or between them, and gravity has
-both signs. The reference is kreisel's Taylor series with 30 digits. The first `--checked` tops are
-compared with the reference at a time of 1 to 1000 units of either sign. The first `--late` tops are
-compared at 1e6 units, which takes a minute for each top.
+The moments are exactly 2 : 2 : 1, with the axes in any order. Angular velocities are 0.1 to 10 in
+the top's internal units. The centre of mass lies in the plane of the two axes with equal moments,
+and gravity has either sign. The reference is kreisel's Taylor series with 30 digits. The first
+`--checked` tops are compared with the reference at a time of 1 to 1000 units of either sign. The
+first `--late` tops are compared at 1e6 units, which takes a minute for each top.
 """
 
 import argparse

@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-The ratio is that of the processor times of one step by taylor, for the same body with and without
-the word, through Python. Plain tops and others run in turn, and the median of the ratios is shown.
-An ensemble has `MEMBERS` tops on one thread. Plain members run in lanes, so the ratio is also shown
-to plain tops that run one by one.
+The ratio compares the processor times of one step of the method taylor in Python, for the same body
+with and without the rotor, motion of the support, friction or damping. Plain tops and others run in
+turn, and the median of the ratios is printed. An ensemble has `MEMBERS` tops on one thread. Plain
+members run in lanes, so the ratio to plain tops that run one by one is printed, too.
 """
 
 import argparse
@@ -34,7 +34,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return the plain scene of a kind of body, and the scenes with one word each."""
+    """Return the plain scene of a kind of body, and scenes with one additional parameter."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))

@@ -1,4 +1,4 @@
-"""The peak of one core of this processor, for comparison with the work that a program does."""
+"""The peak performance of one core of this processor, for comparison with that of a program."""
 
 import os
 import shutil
@@ -34,8 +34,8 @@ def measure_peak():
 def count_operations(path):
     """Return the floating-point operations in the products of the series of a path.
 
-    A term of order n has n products of coefficients for each product of two series. Each takes a
-    fused multiply-add, which counts as two operations. All other operations are left out.
+    A term of order n has n products of coefficients for each product of two series. Each product
+    takes a fused multiply-add, which counts as two operations. All other operations are left out.
     """
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

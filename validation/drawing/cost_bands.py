@@ -1,4 +1,4 @@
-"""Figures of run time over error: the median of many starts, with a band of quantiles."""
+"""Figures of the run time over the error: the median of many starts, with a band of quantiles."""
 
 import numpy as np
 

@@ -210,25 +210,25 @@ def measure_band(own, peers, target, rounds):
 
 
 def count_operations(run):
-    """Return the operations in the products of the series of a run of kreisel."""
+    """Return the number of operations in the products of the series, for a run of kreisel."""
     return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
 def compare(band, name):
-    """Return the median of heyoka's time over that of a call of kreisel, and that of the least."""
+    """Return the ratios of heyoka's time to kreisel's, for the medians and the least times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
 
 def compute_share(scene, band):
-    """Return the share of the peak of a core that a kr.Run reaches, or None without a peak."""
+    """Return the rate of a kr.Run as a fraction of the peak of a core, or None without a peak."""
     if scene["peak"] is None:
         return None
     return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
-    """Return the runs after which heyoka gains the time of its compilation over kr.solve."""
+    """Return the number of runs after which heyoka has made up for its compile time."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 
@@ -271,7 +271,7 @@ def format_band(scene, band):
 
 
 def describe_payment(found):
-    """Return sentences about heyoka's compilation and the runs that pay for it."""
+    """Return sentences about heyoka's compile time and the number of runs that make up for it."""
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)

@@ -125,7 +125,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Time all finished runs, one after another, and return their times [s]."""
+        """Repeat every run that did not fail, one after another, and return the run times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
@@ -134,7 +134,7 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return True if tighter settings would take too long or not reduce the error."""
+    """Return True if tighter settings would take too long or would not reduce the error."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False

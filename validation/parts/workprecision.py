@@ -95,9 +95,9 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Return a sentence about the runs after which heyoka gains the time of its compilation.
+    """Return a sentence on the number of runs that make up for heyoka's compile time.
 
-    Each scene and target of the summary counts in which both kreisel and heyoka reach the target.
+    All scenes and targets of the summary are included for which both programs reach the target.
     """
     runs = [
         peer.setup_seconds / (own.seconds - peer.seconds)

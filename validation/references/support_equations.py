@@ -1,7 +1,7 @@
 """Tops with rotors, damping, friction and moving supports, integrated by heyoka with 128 bits.
 
 In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
-the space at rest is w = J^-1 (M - rotor). The equations are
+the inertial frame is w = J^-1 (M - rotor). The equations are
 
     M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
 

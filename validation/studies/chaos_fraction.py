@@ -1,7 +1,7 @@
 """The fraction of random tops whose MEGNO exceeds a bound at t = 1000, which means chaos.
 
-Conclusion: with a bound of 8, no integrable top is called chaotic. Most tops with the body of the
-asymmetric scene are called chaotic.
+Conclusion: with a bound of 8, no integrable top is classified as chaotic, and most tops with the
+body of the asymmetric scene are.
 
     python -m validation.studies.chaos_fraction TOPS --seed 0 --tol 1e-9
 """

@@ -1,4 +1,4 @@
-"""Wrong verdicts on chaos among random tops, by the length of the motion.
+"""Wrong verdicts on chaos among random tops, for several lengths of the motion.
 
 The verdict after 30000 turns serves as the reference. Each row counts the tops whose MEGNO is near
 the threshold, the regular tops that are called chaotic without doubt, and the chaotic tops that are

@@ -125,7 +125,10 @@ def two_clocks(rng):
 
 
 def environment_case(records, truth, free, measure, **start):
-    """Return a case of a heavy top whose friction or support is free and begins with `start`."""
+    """Return a case that fits the friction or the motion of the support of a heavy top.
+
+    The search begins with the values `start`.
+    """
 
     def compare(scene):
         return np.concatenate((heavy_ratios(scene), measure(scene)))
@@ -150,7 +153,7 @@ def friction(rng):
 
 
 def turning(rng):
-    """Simulate a gyroscope and a camera on a support that turns, from a guess that rests."""
+    """Simulate a gyroscope and a camera on a turning support, from a guess at rest."""
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
@@ -161,7 +164,7 @@ def turning(rng):
 
 
 def shaking(rng):
-    """Simulate attitudes on a shaken support, whose rate is known to 2 %."""
+    """Simulate attitudes on a shaken support, with a first guess of the rate within 2 %."""
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
@@ -208,7 +211,7 @@ class Coverage(NamedTuple):
     lost: int
 
     def shares(self):
-        """Return the shares of deviations within 1, 2 and 3 standard deviations."""
+        """Return the fractions of deviations within 1, 2 and 3 standard deviations."""
         size = np.abs(self.deviations)
         return [float((size < k).mean()) for k in (1.0, 2.0, 3.0)]
 

@@ -88,7 +88,7 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Find the smallest reduction of the tolerance for which the errors are at most `most`.
+    """Find the smallest reduction of the tolerance for which no error exceeds `most`.
 
     Returns its binary logarithm, the run and the errors, or None if no reduction in `LESS`
     suffices.
@@ -133,7 +133,7 @@ def isas(lanes):
 
 
 def limits(lanes):
-    """Print the share of the peak of a core that the products of coefficients reach.
+    """Print the rate of the products of coefficients as a fraction of the peak of a core.
 
     A term of order n has n products of coefficients for each of the 12 products of series.
     """

@@ -1,13 +1,14 @@
 """Times of Taylor steps whose last coefficients are in single precision.
 
-Conclusion: not used. A step of one top with AVX-512 waits for coefficients rather than for
-products. Two groups of lanes that share a tail gain 1.2 to 1.5, but each thread then has twice as
-many tops in its lanes. See "Measured and left out" in docs/theory/taylor.md.
+Conclusion: single precision is not worth using. With AVX-512, the time of a step of one top is
+determined by the dependence of coefficients on each other, not by the number of products. Two
+groups of lanes that share a tail gain 1.2 to 1.5, but each thread then has twice as many tops in
+its lanes. See "Measured and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-The numbers of coefficients in doubles are the least that leave the errors of random tops as they
-are. Each ratio is the median of many rounds, in which both steps alternate.
+The numbers of coefficients in doubles are the smallest for which the errors of random tops do not
+grow. Each ratio is the median of many rounds, in which both steps alternate.
 """
 
 import subprocess

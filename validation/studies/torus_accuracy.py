@@ -131,7 +131,7 @@ def describe(title, values, *limits):
 
 @dataclass
 class Findings:
-    """Results for the planned tops of one kind; `excess` has the tops above the limit."""
+    """Results for the planned tops of one kind; `excess` lists the tops above the limit."""
 
     certificates: list = field(default_factory=list)
     errors: list = field(default_factory=list)

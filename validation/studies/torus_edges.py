@@ -212,7 +212,7 @@ def families(kind):
 
 
 def entry_of(scene, rng):
-    """Return the entry of the table for one scene."""
+    """Return the table entry for one scene."""
     try:
         top = kr.exact(scene)
     except ValueError as error:

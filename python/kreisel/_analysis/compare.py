@@ -70,16 +70,16 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [list(_COLUMNS), *self._cells()]
+        lines = [list(_COLUMNS), *self._format_cells()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
-    def _cells(self) -> list[list[str]]:
+    def _format_cells(self) -> list[list[str]]:
         return [[_format_cell(value) for value in _row_values(row)] for row in self.rows]
 
     def _repr_html_(self) -> str:
         """Return the table as HTML, which notebooks display."""
-        return format_table(self._cells(), _COLUMNS)
+        return format_table(self._format_cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the table as CSV with all digits; if `path` is given, write it to that file.
@@ -171,8 +171,8 @@ def compare(
 ) -> Table:
     """Measure error and run time of methods on one scene.
 
-    The repeats of the methods are interleaved, so that a disturbance of the machine affects all
-    methods in the same way.
+    The repeats of the methods are interleaved, so that other load on the machine affects all
+    methods alike.
 
     t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
               number compares only the end; numpy.linspace(0, 10, 101) compares the whole path

@@ -73,7 +73,7 @@ class Frequencies(ReadOnlyArrays):
     rest        root mean square of the difference between apex_x + i apex_y and this sum, divided
                 by the root mean square of apex_x + i apex_y. `rest` is at rounding level if the
                 motion is regular and the path is long, and large if the motion is chaotic. `rest`
-                does not measure errors of precession, nutation and spin
+                does not measure the errors of precession, nutation and spin
     exact       True if precession, nutation and spin come from the closed form
     """
 
@@ -119,11 +119,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
     motion is on a torus. Near a pole, their precession is not a sum of integer multiples of
-    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two
-    lines are resolved if they differ by more than 23 turns over the length of the path. The path
-    should contain many nutations, and more than two states in each turn of the fastest angle. If
-    the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
-    computed until the turns can be counted.
+    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two lines
+    are resolved if they differ by more than 23 turns over the length of the path. The path should
+    contain many nutations, and more than two states in each turn of the fastest angle. If the
+    motion is regular, a rate is as accurate as the path. If the axis passes near a pole, additional
+    states are computed until its turns can be counted.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
     they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
@@ -163,7 +163,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
-    path = _see_from_rest(path, turning) if turning else path
+    path = _to_inertial_frame(path, turning) if turning else path
     rates = _compute_exact_rates(exact(path.scene)) if path.method == EXACT else None
     precession, nutation, spin = _compute_rates(path) if rates is None else rates
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
@@ -181,8 +181,8 @@ def _refuse_support(scene: Scene) -> None:
     )
 
 
-def _see_from_rest(path: Path, turning: float) -> Path:
-    """Return the path of a top on a support that turns about e3, seen from the space at rest."""
+def _to_inertial_frame(path: Path, turning: float) -> Path:
+    """Return the path of a top on a support that turns about e3, seen from the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T
@@ -202,8 +202,8 @@ def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
 def _compute_rates(path: Path) -> tuple[float, float, float]:
     """Compute the rates of precession, nutation and spin from the states of a path."""
     t, (up, along) = path.t, _choose_reference_axes(path)
-    principal, east = path.frame, _perpendicular(up)
-    axis, first = along @ principal, _perpendicular(along) @ principal
+    principal, east = path.frame, _perpendicular_unit_vector(up)
+    axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
     motion = compute_motion(path, up, along, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
@@ -288,7 +288,7 @@ def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
     return path.m[0] / (np.linalg.norm(path.m[0]) or 1.0), axis
 
 
-def _perpendicular(v: Array) -> Array:
+def _perpendicular_unit_vector(v: Array) -> Array:
     """Return a unit vector that is perpendicular to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))

@@ -36,9 +36,9 @@ def plot(
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
-    A picture of two paths has a seventh chart, the angle between both attitudes on a logarithmic
-    scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
-    the times of the paths differ, one of the runs is repeated to compute states at common times.
+    For two paths there is a seventh chart: the angle between both attitudes on a logarithmic scale.
+    If a path does not store its attitude, the chart shows the angle between the apexes. If the
+    times of the paths differ, one of the runs is repeated to compute states at common times.
 
     Dashed lines show the least and greatest nutation if the closed form has turning points. Dots
     show the start and the events of a path. The precession is interrupted where it jumps because

@@ -156,8 +156,8 @@ def rod(path: Path) -> Rod:
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
     Raises ValueError for a damped top, a body with a rotor, friction, a moving support, and a
-    centre of mass that is on no principal axis. The torque of such a top's weight corresponds to no
-    force at the ends of a rod.
+    centre of mass that is on no principal axis. The torque of gravity on such a top does not
+    correspond to a force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

@@ -104,14 +104,14 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 def _find_cells(z: Waves) -> tuple[Indices, Array]:
     """Return the grid cells (rows of two indices) around which z winds, and the windings."""
-    one, two = _steps(z, 0), _steps(z, 1)
+    one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
     cells = np.argwhere(index)
     return cells, index[tuple(cells.T)]
 
 
-def _steps(z: Waves, axis: int) -> Array:
+def _phase_steps(z: Waves, axis: int) -> Array:
     """Return the angles between the values of z at neighbouring points of the grid."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
@@ -142,8 +142,8 @@ def _mean_turns(z: Waves, since: Array, index: Array) -> Array:
 
     `since` contains the positions of the zeros relative to the first point of the grid [turns].
     """
-    first = round(float(_steps(z, 0)[:, 0].sum()) / math.tau)
-    second = round(float(_steps(z, 1)[0].sum()) / math.tau)
+    first = round(float(_phase_steps(z, 0)[:, 0].sum()) / math.tau)
+    second = round(float(_phase_steps(z, 1)[0].sum()) / math.tau)
     one = first - float((index * (1.0 - since[:, 1])).sum())
     two = second + float((index * (1.0 - since[:, 0])).sum())
     return np.array([one, two])

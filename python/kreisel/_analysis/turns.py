@@ -88,7 +88,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*map(np.concatenate, halves))
 
 
-class _Verdicts(NamedTuple):
+class _ArcAngles(NamedTuple):
     """The angles of arcs about 0, and the distances of the arcs from the poles.
 
     `is_known` is True if the angle is certain. `through` is 1 if the arc passes through a pole, at
@@ -108,7 +108,10 @@ def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
     """
     axis, velocity = along @ path.frame, path.velocity
     return Motion(
-        *_project(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis)
+        *_horizontal_components(axis, velocity, up, east),
+        axis @ up,
+        velocity @ up,
+        _row_products(velocity, axis),
     )
 
 
@@ -131,7 +134,7 @@ def count_turns(
         if not arcs.parent.size:
             break
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
-        half, whole = _compute_ahead(path, arcs.parent, times, up, along, east)
+        half, whole = _compute_arc_points(path, arcs.parent, times, up, along, east)
         if k == 0:
             angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
@@ -193,8 +196,8 @@ def _spin_angles(
     return np.where(is_seen, exact, thought)
 
 
-def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
-    """Compare arcs with their chords, in the frame at rest and in one that turns with the arc."""
+def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
+    """Compare arcs with their chords, in the given frame and in one that turns with the arc."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
@@ -215,7 +218,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
     known &= (leaves | arrives) | ~(from_pole | to_pole)
     # A pass through a pole at a state is counted for the arc that starts there.
     through = np.asarray(passes | leaves, dtype=np.int64)
-    return _Verdicts(angle, known, through, np.where(at_rest, distance, far))
+    return _ArcAngles(angle, known, through, np.where(at_rest, distance, far))
 
 
 def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
@@ -254,7 +257,7 @@ def _angular_rate(z: Waves, rate: Waves) -> Array:
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
 
 
-def _compute_ahead(
+def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
     """Compute z and its rate for each column of `times`.
@@ -265,15 +268,18 @@ def _compute_ahead(
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _project(axis, came.velocity, up, east)
+    z, rate = _horizontal_components(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _project(axis: Array, velocity: Array, up: Array, east: Array) -> tuple[Waves, Waves]:
+def _horizontal_components(
+    axis: Array, velocity: Array, up: Array, east: Array
+) -> tuple[Waves, Waves]:
+    """Return the horizontal part of an axis as complex numbers, and its derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _row_products(a: Array, b: Array) -> Array:
     return np.asarray((a * b).sum(axis=-1))

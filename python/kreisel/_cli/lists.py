@@ -44,10 +44,11 @@ def methods(name: str | None, markdown: bool) -> None:
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
-        _describe(known[name])
+        _print_method(known[name])
 
 
-def _describe(method: Method) -> None:
+def _print_method(method: Method) -> None:
+    """Print the properties of a method."""
     console = Console(markup=False, highlight=False)
     for word, value in {
         "name": method.name,

@@ -24,7 +24,7 @@ Exit codes
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
 
-class _Front(click.Group):
+class _MainGroup(click.Group):
     """The group of all commands."""
 
     def make_context(
@@ -107,7 +107,10 @@ def drop_unwritable_stdout() -> None:
 
 
 @click.group(
-    "kreisel", cls=_Front, context_settings={"help_option_names": ["-h", "--help"]}, epilog=_CODES
+    "kreisel",
+    cls=_MainGroup,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=_CODES,
 )
 @click.version_option(version, prog_name="kreisel")
 def main() -> None:

@@ -28,7 +28,7 @@ _SHOWN = 6  # largest number of ranges of parts in a printed line
 Watch = Callable[[float], object]
 
 
-class _Sweep(click.Group):
+class _SweepGroup(click.Group):
     """The group of the commands of kreisel sweep, in which the word `run` can be omitted."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -37,7 +37,7 @@ class _Sweep(click.Group):
         return super().parse_args(ctx, args)
 
 
-@click.group("sweep", cls=_Sweep)
+@click.group("sweep", cls=_SweepGroup)
 def sweep() -> None:
     """Compute many tops in parts, stored on disk: kreisel sweep PLAN --folder FOLDER.
 

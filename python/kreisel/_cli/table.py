@@ -84,7 +84,7 @@ class StateTable:
     def show(self) -> None:
         """Print the table; up to two states are printed as columns in full precision."""
         if self.rows <= 2:
-            self._show_ends()
+            self._print_first_and_last_rows()
             return
         width = {name: max(_WIDTH, len(head)) for name, head in self._heads.items()}
         click.echo("  ".join(f"{head:>{width[name]}}" for name, head in self._heads.items()))
@@ -99,7 +99,7 @@ class StateTable:
         if self._has_jumps and not self._angles.unwrap:
             click.echo("angles jump by whole turns: --unwrap makes them continuous")
 
-    def _show_ends(self) -> None:
+    def _print_first_and_last_rows(self) -> None:
         grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
         for head, first, last in zip(
             self._heads.values(), self._first[0], self._first[-1], strict=True

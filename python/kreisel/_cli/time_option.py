@@ -75,7 +75,7 @@ class Times:
 def times(words: str) -> Times:
     """Parse numbers and grids start:end:step, separated by commas."""
     grids = tuple(map(_parse_grid, words.split(",")))
-    _refuse_disorder([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
+    _refuse_unordered_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
 
 
@@ -109,7 +109,7 @@ def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
     return Grid(start, math.copysign(step, length), count)
 
 
-def _refuse_disorder(ends: Sequence[float]) -> None:
+def _refuse_unordered_grids(ends: Sequence[float]) -> None:
     back = ends[-1] < 0.0
     last = 0.0
     for t in ends:

@@ -1,4 +1,4 @@
-"""kreisel.fit: the body and the start whose motion is nearest to records."""
+"""kreisel.fit: estimation of a body and its start from records of its motion."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ def fit(
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 
-    Moments stay those of a rigid body during the search, and friction is not negative. The search
-    for `turning` and `shaking` begins at those of `scene`. On a turning support a gyroscope
-    measures "inertial_velocity", and "body_velocity" is relative to the support. Errors are
-    standard deviations to first order. They are enlarged if the residuals are larger than their
+    During the search, the moments remain those of a rigid body, and friction remains nonnegative.
+    The search for `turning` and `shaking` begins at those of `scene`. On a turning support a
+    gyroscope measures "inertial_velocity", and "body_velocity" is relative to the support. Errors
+    are standard deviations to first order. They are enlarged if the residuals are larger than their
     sigma or correlated. Parameters keep the values of the guess along directions that the records
     do not determine. The result names these directions.
 
@@ -79,10 +79,10 @@ def fit(
         >>> abs(found.values["I1"] - top.body.moments[0]) < 3 * found.error["I1"]
         True
 
-    Raises TypeError or ValueError for invalid arguments, for fewer numbers than free parameters,
-    and for a quantity that no free parameter changes. Raises kreisel.Error if no motion can be
-    computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C, with the
-    best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
+    Raises TypeError or ValueError for invalid arguments, for fewer measured numbers than free
+    parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
+    can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
+    with the best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
     motion fits the records, and if residuals of a soft fit are larger than sigma explains.
     """
     guesses = _parse_scenes(scene)
@@ -112,12 +112,12 @@ def _run_sessions(
             session.run(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
-            found = best if reached is None else _nearer(best, make_fit(session))
+            found = best if reached is None else _better_fit(best, make_fit(session))
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
             session.check_start()
             session.check_sensitivity()
-            best = _nearer(best, make_fit(session))
+            best = _better_fit(best, make_fit(session))
     if best is None:
         raise _no_motion_error(sessions[0])
     if is_misfit(best):
@@ -132,7 +132,8 @@ def _run_sessions(
     return best
 
 
-def _nearer(first: Fit | None, second: Fit) -> Fit:
+def _better_fit(first: Fit | None, second: Fit) -> Fit:
+    """Return the fit with the smaller cost."""
     return second if first is None or second.cost < first.cost else first
 
 

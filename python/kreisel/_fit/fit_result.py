@@ -123,10 +123,11 @@ class Fit(ReadOnlyArrays):
         return solve_pieces(self._parameters, ((0.0, self._point),), t)
 
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
-        """Return the value of a function of the scene, and its standard deviation.
+        """Return the value of a function of the fitted scene, and its standard deviation.
 
         The function returns a number or an array. Its derivatives are computed from differences.
-        The error is infinite if the function changes in a direction that is not identified.
+        The error is infinite if the function changes along a direction that the records do not
+        determine.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.cusps
@@ -145,21 +146,22 @@ class Fit(ReadOnlyArrays):
             step = np.zeros(self._parameters.size)
             step[k] = _DIFFERENCE * self._spectrum.natural[k]
             ends = [self._parameters.move(self._point, sign * step) for sign in (1.0, -1.0)]
-            lengths = [min(1.0, self._distance(k) / step[k]), 1.0]
+            lengths = [min(1.0, self._distance_to_bound(k) / step[k]), 1.0]
             both = [_as_numbers(function(self._parameters.to_scene(end))) for end in ends]
             columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
         _, errors = self._spectrum.propagate(np.stack(columns, axis=-1))
         shaped = errors.reshape(value.shape)
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
-    def _distance(self, k: int) -> float:
+    def _distance_to_bound(self, k: int) -> float:
+        """Return the distance of parameter k from its bound."""
         return float(self._parameters.distances(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
-        """Return an ensemble of n scenes that are drawn from the covariance.
+        """Return an ensemble of n scenes, drawn at random with the covariance of the fit.
 
-        Directions that are not identified do not vary. Moments, damping and friction are cut off at
-        their bounds.
+        Parameters do not vary along directions that the records do not determine. Moments, damping
+        and friction are cut off at their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)
@@ -322,7 +324,7 @@ def _collect_residuals(
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     for rows in session.model.rows:
-        values = np.where(rows.mask, rows.select(residuals), np.nan)
+        values = np.where(rows.mask, rows.residuals_of_series(residuals), np.nan)
         found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
         deviation = rows.sigma / rows.series.unit
         is_constant = bool((deviation == deviation[0, 0]).all())

@@ -1,8 +1,8 @@
 """Directions of the parameters along which no residual changes, and their names.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
-blind directions of a fit are compared with all generators. The remaining ones are described by
-their largest components.
+blind directions of a fit are compared with all generators. Those that match no generator are
+described by their largest components.
 """
 
 from __future__ import annotations
@@ -62,20 +62,22 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
     if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
         heading = "the heading: a rotation of the start and of turning about the vertical"
-        yield from _generate(p, heading, {"attitude": vertical, "turning": turned})
+        yield from _yield_change_if_free(p, heading, {"attitude": vertical, "turning": turned})
     heading = "the heading: a rotation of the start about the vertical"
-    yield from _generate(p, heading, {"attitude": vertical})
+    yield from _yield_change_if_free(p, heading, {"attitude": vertical})
     if not _has_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
-            yield from _generate(p, sentence, {"attitude": axis})
+            yield from _yield_change_if_free(p, sentence, {"attitude": axis})
             carried = -np.cross(point.velocity_at_rest - point.rate, axis)
-            yield from _generate(p, sentence, {"attitude": axis, "velocity": carried})
+            yield from _yield_change_if_free(p, sentence, {"attitude": axis, "velocity": carried})
     yield from _list_rotations_about_axis(p, point)
     yield from _list_shifts(p, point)
 
 
-def _generate(p: Parameters, sentence: str, blocks: Blocks) -> Iterator[tuple[str, Array]]:
+def _yield_change_if_free(
+    p: Parameters, sentence: str, blocks: Blocks
+) -> Iterator[tuple[str, Array]]:
     """Yield the change of the given blocks if all of them are free."""
     if not all(p.has(name) for name in blocks):
         return
@@ -85,7 +87,7 @@ def _generate(p: Parameters, sentence: str, blocks: Blocks) -> Iterator[tuple[st
     yield sentence, change
 
 
-def _project(columns: Array, values: Array) -> Array:
+def _average_equal_moments(columns: Array, values: Array) -> Array:
     """Return the coordinates of three numbers in groups of equal ones."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
@@ -99,10 +101,10 @@ def _has_torque(point: Point) -> bool:
 
 def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     own = _list_factors_of_torque(p, point)
-    size: dict[str, Array] = {"moments": _project(p.moments, point.densities)}
+    size: dict[str, Array] = {"moments": _average_equal_moments(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.has("damping") or not point.damping.any()
     if p.has("damping"):
-        size["damping"] = _project(p.damping, point.damping)
+        size["damping"] = _average_equal_moments(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
         if p.has(name):
             size[name] = value
@@ -112,7 +114,7 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     if is_scalable and not _has_torque(point):
         words = " and ".join(others)
         sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
-        yield from _generate(p, sentence, size)
+        yield from _yield_change_if_free(p, sentence, size)
     elif is_scalable:
         words = ", ".join(others)
         for name, blocks in own.items():
@@ -120,12 +122,12 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
                 f"the scale of the moments: moments, {words} and {name} have an unknown "
                 "common factor"
             )
-            yield from _generate(p, sentence, {**size, **blocks})
+            yield from _yield_change_if_free(p, sentence, {**size, **blocks})
     for first, second in (("gravity", "com"), ("gravity", "lever"), ("mass", "com"),
                           ("mass", "lever"), ("gravity", "mass")):  # fmt: skip
         sentence = f"{first} against {second}: only mass * gravity * com counts"
         against = {name: -value for name, value in own[second].items()}
-        yield from _generate(p, sentence, {**own[first], **against})
+        yield from _yield_change_if_free(p, sentence, {**own[first], **against})
 
 
 def _list_factors_of_torque(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
@@ -145,9 +147,9 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
     length = float(np.linalg.norm(point.com))
     axis = point.com / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
     sentence = "the spin angle: a rotation of the start about the axis"
-    yield from _generate(p, sentence, {"attitude": axis})
+    yield from _yield_change_if_free(p, sentence, {"attitude": axis})
     turned = {"attitude": axis, "velocity": -np.cross(axis, point.rate)}
-    yield from _generate(p, sentence, turned)
+    yield from _yield_change_if_free(p, sentence, turned)
     k = int(np.argmax(np.abs(axis)))
     unit = np.eye(3)[k]
     moments = point.moments[k] * unit
@@ -157,20 +159,22 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
         "velocity": -point.rate[k] * unit,
     }
     sentence = "the moment about the axis against the spin: only their product counts"
-    yield from _generate(p, sentence, spin)
+    yield from _yield_change_if_free(p, sentence, spin)
     sentence = "the rotor against the spin: only the momentum about the axis counts"
     against = {"velocity": -unit, "rotor": point.moments[k] * unit}
-    yield from _generate(p, sentence, against)
+    yield from _yield_change_if_free(p, sentence, against)
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
-    yield from _generate(p, sentence, heavier)
+    yield from _yield_change_if_free(p, sentence, heavier)
     if p.has("damping"):
-        drag = _project(p.damping, point.damping * unit)
-        yield from _generate(p, sentence, {**spin, "damping": drag})
-        yield from _generate(p, sentence, {**spin, "damping": 2.0 * drag})
+        drag = _average_equal_moments(p.damping, point.damping * unit)
+        yield from _yield_change_if_free(p, sentence, {**spin, "damping": drag})
+        yield from _yield_change_if_free(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
-    yield from _generate(p, sentence, {"damping": _project(p.damping, np.roll(across, k))})
+    yield from _yield_change_if_free(
+        p, sentence, {"damping": _average_equal_moments(p.damping, np.roll(across, k))}
+    )
 
 
 def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
@@ -183,12 +187,14 @@ def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
         blocks = {"attitude": point.rate, "velocity": change}
         if p.has("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
-        for _, step in _generate(p, sentence, blocks):
+        for _, step in _yield_change_if_free(p, sentence, blocks):
             for at in delays:
                 step[at] = 1.0
             yield sentence, step
     for axis in np.eye(3):
         sentence = "the principal axes against the start"
         turned = {"axes": axis, "attitude": axis}
-        yield from _generate(p, sentence, turned)
-        yield from _generate(p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)})
+        yield from _yield_change_if_free(p, sentence, turned)
+        yield from _yield_change_if_free(
+            p, sentence, {**turned, "velocity": -np.cross(axis, point.rate)}
+        )

@@ -1,15 +1,16 @@
 """First guesses of the parameters from the records, by linear least squares.
 
-Let R be the attitude, U the angular velocity relative to the support, W that in the space at rest,
-J the moments, D the damping, f the friction and h the momentum of the rotor. On a support with the
-angular velocity O, let L x = x + O x int x dt. With the unit vector a to the centre of mass,
+Let R be the attitude, U the angular velocity relative to the support, W that relative to the
+inertial frame, J the moments, D the damping, f the friction and h the momentum of the rotor. On a
+support with the angular velocity O, let L x = x + O x int x dt. With the unit vector a to the
+centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
-is linear in J, D, f, m0, M c and the size of h. If a gyroscope alone measured U, R is known
-relative to the first attitude, and the equation is linear in the products of the components of c
-and of the unknown vertical; the turning of the support is then neglected. The trace e of the apex
-of a symmetric top satisfies
+is linear in J, D, f, m0, M c and the size of h. If only a gyroscope recorded the motion, R is known
+relative to the first attitude. The equation is then linear in the products of the components of c
+and of the unknown vertical, and the turning of the support is neglected. The trace e of the apex of
+a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -74,7 +75,7 @@ class _Solution(NamedTuple):
     friction: float
 
 
-class _Losses(NamedTuple):
+class _EnergyLosses(NamedTuple):
     """The losses of energy that the linear equations take into account."""
 
     is_damped: bool
@@ -90,7 +91,7 @@ def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> lis
     made: list[Guess] = []
     for motion in read_motions(records, base)[:2]:
         for count in {len(motion.t), max(len(motion.t) // _SHORT, min(len(motion.t), 40))}:
-            made += _guess_from_motion(parameters, motion, motion.select(count))
+            made += _guess_from_motion(parameters, motion, motion.select_first(count))
     if not made:
         for trace in read_apexes(records, base)[:1]:
             made += _guess_from_apex(parameters, trace)
@@ -104,7 +105,7 @@ def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionD
     is_rubbed = part.source != "space" and (parameters.has("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_before_stop(part, axis)
-    losses = _Losses(parameters.has("damping"), is_rubbed)
+    losses = _EnergyLosses(parameters.has("damping"), is_rubbed)
     solution = _solve_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
@@ -138,7 +139,7 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution)
 
 
 def _see_from_support(motion: MotionData, turning: Array) -> MotionData:
-    """Return a motion that was seen from the space at rest, which is that of the first time."""
+    """Return a motion seen from the support, which agrees with the inertial frame at first."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
@@ -155,7 +156,7 @@ def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
     """Return the part of a motion before its spin about an axis is nearly zero."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
-    return motion.select(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
+    return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
 
 
 def _apply_body(
@@ -211,7 +212,7 @@ def _start_at_zero(
 
 
 def _solve_equations(
-    motion: MotionData, base: Point, is_heavy: bool, losses: _Losses
+    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
     """Solve the equation of the momentum by the smallest singular vector of its columns.
 
@@ -220,7 +221,7 @@ def _solve_equations(
     rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
         return None
-    columns = _list_columns(motion, base, is_heavy, losses)
+    columns = _list_equation_columns(motion, base, is_heavy, losses)
     matrix = np.concatenate(columns, axis=2).reshape(3 * len(motion.t), -1)
     sizes = np.linalg.norm(matrix, axis=0)
     sizes[sizes == 0.0] = 1.0
@@ -233,18 +234,20 @@ def _solve_equations(
     return _read_solution(found, motion, is_heavy, losses)
 
 
-def _list_columns(motion: MotionData, base: Point, is_heavy: bool, losses: _Losses) -> list[Array]:
+def _list_equation_columns(
+    motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
+) -> list[Array]:
     """Return the columns (n, 3, k) of the moments, rotor, start, lever, damping and friction."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _find_known_turning(motion, base)
     rate = motion.rate + turning @ rotation
     momenta = [rotation @ _inertia_columns(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
-    columns = [one + cross_matrix(turning) @ _integrate(t, one) for one in momenta]
+    columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
     if is_heavy:
-        weight = base.weigh(t) / base.gravity
-        integral = _integrate(t, weight[:, None, None] * rotation)
+        weight = base.acceleration_at(t) / base.gravity
+        integral = _integrate_by_trapezoids(t, weight[:, None, None] * rotation)
         columns.append(
             -cross_matrix(np.array([0.0, 0.0, 1.0])) @ integral
             if motion.source != "gyroscope"
@@ -252,18 +255,18 @@ def _list_columns(motion: MotionData, base: Point, is_heavy: bool, losses: _Loss
         )
     if losses.is_damped:
         turned = (rotation @ motion.rate[:, :, None])[:, :, 0]
-        columns.append(_integrate(t, turned)[:, :, None])
+        columns.append(_integrate_by_trapezoids(t, turned)[:, :, None])
     if losses.is_rubbed:
         axis = _friction_axis(base)
         sense = np.sign(motion.rate @ axis)[:, None]
-        columns.append(_integrate(t, sense * (rotation @ axis))[:, :, None])
+        columns.append(_integrate_by_trapezoids(t, sense * (rotation @ axis))[:, :, None])
     return columns
 
 
 def _find_known_turning(motion: MotionData, base: Point) -> Array:
     """Return the turning of the support as far as the attitudes of the motion tell its direction.
 
-    A motion that is seen from the space at rest has none.
+    A motion that is seen from the inertial frame has none.
     """
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
@@ -272,7 +275,7 @@ def _find_known_turning(motion: MotionData, base: Point) -> Array:
 
 
 def _read_solution(
-    found: Array, motion: MotionData, is_heavy: bool, losses: _Losses
+    found: Array, motion: MotionData, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
     is_full = motion.source == "space"
     count = 6 if is_full else 3
@@ -306,7 +309,7 @@ def _inertia_columns(rate: Array, is_full: bool) -> Array:
     return made
 
 
-def _integrate(t: Array, values: Array) -> Array:
+def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
     """Return the integrals of values (n, ...) from the first time, by trapezoids."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     made = np.zeros_like(values)
@@ -345,14 +348,14 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
-    apex, change = _smooth(trace)
+    apex, change = _fit_local_cubics(trace)
     t, turning = trace.t, base.turning
     carried = np.cross(apex, change + np.cross(turning, apex))
-    left = carried + np.cross(turning, _integrate(t, carried))
-    summed = _integrate(t, apex)
+    left = carried + np.cross(turning, _integrate_by_trapezoids(t, carried))
+    summed = _integrate_by_trapezoids(t, apex)
     along = apex + np.cross(turning, summed)
-    weight = base.weigh(t) / base.gravity if base.gravity else np.ones(len(t))
-    integral = _integrate(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
+    weight = base.acceleration_at(t) / base.gravity if base.gravity else np.ones(len(t))
+    integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
     if parameters.has("friction") or base.friction:
@@ -423,10 +426,10 @@ def _guess_with_spin(
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")
     start = _start_at_zero(parameters, point, trace.t[0], attitude[0], rate[0])
-    return Guess(start, motion, _hold_spin(parameters, axis))
+    return Guess(start, motion, _project_on_constant_spin(parameters, axis))
 
 
-def _hold_spin(parameters: Parameters, axis: Array) -> Array:
+def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
     """Return the projection onto changes of the instruments, and of the start at constant spin.
 
     The nutation then keeps its well-known frequency while the search finds its phase.
@@ -441,7 +444,7 @@ def _hold_spin(parameters: Parameters, axis: Array) -> Array:
     return allowed
 
 
-def _smooth(trace: ApexTrace) -> tuple[Array, Array]:
+def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
     """Return the local cubic fits of a trace and their derivatives.
 
     Source: A. Savitzky and M. Golay, Analytical Chemistry 36 (1964) 1627.

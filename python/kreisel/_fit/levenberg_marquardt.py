@@ -104,21 +104,21 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
         weighted = reweight(best.evaluation, search.loss)
-        steps = _Steps(weighted, natural, model.distances(point), search.is_stiff)
+        steps = _DampedSteps(weighted, natural, model.distances(point), search.is_stiff)
         trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
         if trial is None:
             return best._replace(has_converged=model.evaluations < search.limit)
         gain = best.cost - trial.cost
         point, best = trial.point, trial  # type: ignore[assignment]
         search.report(best)
-        is_slow = gain < _SLOW * best.cost and _is_far(best, search.loss)
+        is_slow = gain < _SLOW * best.cost and _has_large_residuals(best, search.loss)
         slow = slow + 1 if is_slow else 0
         if gain <= search.ftol * best.cost or slow > _SLOW_MOST:
             return best._replace(has_converged=True)
     return best
 
 
-def _is_far(found: Minimum, loss: LossName) -> bool:
+def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
     """Return True if most residuals are large. Outliers count with the linear loss only."""
     residuals = found.evaluation.residuals
     if loss == "linear":
@@ -132,7 +132,7 @@ def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:
     return cost if np.isfinite(cost) else np.inf
 
 
-class _Steps:
+class _DampedSteps:
     """The damped Gauss-Newton steps from one point."""
 
     def __init__(
@@ -156,7 +156,7 @@ class _Steps:
 
 
 def _find_improvement(
-    model: Model[P], point: P, steps: _Steps, damping: float, cost: float, search: Search
+    model: Model[P], point: P, steps: _DampedSteps, damping: float, cost: float, search: Search
 ) -> tuple[Minimum | None, float]:
     """Return the first damped step that does not raise the cost, and the next damping."""
     while model.evaluations < search.limit:

@@ -38,7 +38,7 @@ class MotionData(NamedTuple):
     source       "attitude": the attitudes are known. "vertical": all but the heading is known.
                  "gyroscope": the first attitude is unknown. "space": seen from space, the principal
                  axes are unknown
-    is_at_rest   True if they are seen from the space at rest instead of a turning support
+    is_at_rest   True if they are seen from the inertial frame instead of a turning support
     """
 
     t: Array
@@ -47,7 +47,8 @@ class MotionData(NamedTuple):
     source: str
     is_at_rest: bool = False
 
-    def select(self, count: int) -> MotionData:
+    def select_first(self, count: int) -> MotionData:
+        """Return the first `count` samples."""
         t, attitude, rate = self.t[:count], self.attitude[:count], self.rate[:count]
         return self._replace(t=t, attitude=attitude, rate=rate)
 
@@ -117,7 +118,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     t, first = np.unique(t, return_index=True)
     e = e[first]
     if len(t) >= FEWEST:
-        regular = _find_regular(e, is_attitude=False)
+        regular = _find_rows_without_outliers(e, is_attitude=False)
         t, e = t[regular], e[regular]
     return (t, e) if len(t) >= FEWEST else None
 
@@ -127,7 +128,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
-    regular = _find_regular(values, series.is_attitude)
+    regular = _find_rows_without_outliers(values, series.is_attitude)
     times, values = times[regular], values[regular]
     if len(times) < FEWEST:
         return times[:0], values[:0]
@@ -139,7 +140,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     return times[at], values[at]
 
 
-def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
+def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
     """Return True for each row that is near the median of its neighbours.
 
     Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.
@@ -168,16 +169,17 @@ def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
     """Return the motion of attitudes, with velocities from attitudes that are far enough apart."""
     if len(t) < FEWEST:
         return []
-    angle = np.median(np.linalg.norm(logarithm(_between(q, 1)), axis=1))
+    angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
     stride = int(np.clip(round(_TURN / max(float(angle), 1e-9)), 1, len(t) // 4))
-    turns = logarithm(_between(q, stride))
+    turns = logarithm(_relative_rotations(q, stride))
     rate = turns / (t[stride:] - t[:-stride])[:, None]
     middle = 0.5 * (t[stride:] + t[:-stride])
     halfway = multiply_quaternions(q[:-stride], exponential(0.5 * turns))
     return [MotionData(middle, halfway, rate, "attitude")]
 
 
-def _between(q: Array, stride: int) -> Array:
+def _relative_rotations(q: Array, stride: int) -> Array:
+    """Return the rotation from each attitude to the one `stride` rows later."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
@@ -187,7 +189,7 @@ def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[
     first = np.array([1.0, 0.0, 0.0, 0.0])
     if vertical is not None:
         first = conjugate_quaternions(tilt_to(vertical / np.linalg.norm(vertical)))
-    attitude = _accumulate(t, rate, first, False)
+    attitude = _integrate_attitude(t, rate, first, False)
     source = "gyroscope" if vertical is None else "vertical"
     return [MotionData(t, attitude, rate, source)]
 
@@ -205,12 +207,12 @@ def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
 def _motion_seen_from_space(t: Array, velocity: Array) -> list[MotionData]:
     if len(t) < FEWEST:
         return []
-    attitude = _accumulate(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
+    attitude = _integrate_attitude(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     return [MotionData(t, attitude, rate, "space")]
 
 
-def _accumulate(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
+def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
     """Return the attitudes that follow `first` by the mean of neighbouring angular velocities."""
     made = np.empty((len(t), 4))
     made[0] = first

@@ -41,7 +41,7 @@ _STAGE_LIMIT = 40  # evaluations of all pieces in a stage
 _START = ("attitude", "velocity")
 
 
-class Pieces(NamedTuple):
+class PieceStarts(NamedTuple):
     """The starts of all pieces. The first piece has the values of all other parameters."""
 
     points: tuple[Point, ...]
@@ -123,16 +123,16 @@ class ShootingModel:
         self.width = used
         return made
 
-    def start(self, point: Point, motion: MotionData) -> Pieces:
+    def start(self, point: Point, motion: MotionData) -> PieceStarts:
         """Return pieces that begin on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
             own = replace(point, attitude=attitude, rate=rate)
             points.append(point if k == self.first else own)
-        return Pieces(tuple(points))
+        return PieceStarts(tuple(points))
 
-    def start_along(self, point: Point) -> Pieces:
+    def start_on_motion_of(self, point: Point) -> PieceStarts:
         """Return pieces that begin on the motion of `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
@@ -140,16 +140,16 @@ class ShootingModel:
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
                 points[float(t)] = replace(point, attitude=q, rate=point.find_rate(q, m))
-        return Pieces(tuple(points[float(t)] for t in edges))
+        return PieceStarts(tuple(points[float(t)] for t in edges))
 
-    def move(self, pieces: Pieces, step: Array) -> Pieces:
+    def move(self, pieces: PieceStarts, step: Array) -> PieceStarts:
         moved = [
             model.move(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
-        return Pieces(tuple(moved))
+        return PieceStarts(tuple(moved))
 
-    def natural_sizes(self, pieces: Pieces) -> Array:
+    def natural_sizes(self, pieces: PieceStarts) -> Array:
         made = np.ones(self.width)
         span = float(self.edges[-1] - self.edges[0])
         for k in sorted(range(len(self.models)), key=lambda k: k == self.first):
@@ -157,14 +157,14 @@ class ShootingModel:
             made[self.columns[k]] = own
         return made
 
-    def distances(self, pieces: Pieces) -> Array:
+    def distances(self, pieces: PieceStarts) -> Array:
         made = np.full(self.width, np.inf)
         made[self.columns[self.first]] = self.models[self.first].distances(
             pieces.points[self.first]
         )
         return made
 
-    def evaluate(self, pieces: Pieces) -> Evaluation:
+    def evaluate(self, pieces: PieceStarts) -> Evaluation:
         self.evaluations += 1
         residuals, jacobian = np.zeros(self.size), np.zeros((self.size, self.width))
         for k, model in enumerate(self.models):
@@ -178,7 +178,7 @@ class ShootingModel:
             residuals[at], jacobian[at] = self._compare_ends(pieces, k)
         return Evaluation(residuals, jacobian)
 
-    def _compare_ends(self, pieces: Pieces, k: int) -> tuple[Array, Array]:
+    def _compare_ends(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
         """Return the gap between piece k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
@@ -210,9 +210,9 @@ class ShootingModel:
         return gap, made / self.gap
 
 
-def shoot(
+def minimize_by_shooting(
     model: ShootingModel,
-    pieces: Pieces,
+    pieces: PieceStarts,
     loss: LossName,
     report: Callable[[Minimum], None],
     limit: int,
@@ -234,7 +234,7 @@ def shoot(
     return found
 
 
-def fits_loosely(model: ShootingModel, pieces: Pieces, loss: LossName) -> bool:
+def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
     """Return True if pieces that need not join agree with the records."""
     model.gap = GAPS[0]
     search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore, is_stiff=True)

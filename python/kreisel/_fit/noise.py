@@ -44,7 +44,7 @@ def _estimate_from_neighbours(series: Series) -> float:
 
 
 def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
-    """Return the standard deviations in which those that are unknown follow from the residuals."""
+    """Return the standard deviations, with unknown ones estimated from the residuals."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)
     made: list[Array] = []
@@ -52,7 +52,7 @@ def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> lis
         if rows.series.sigma is not None:
             made.append(rows.sigma)
             continue
-        own = rows.select(residuals)[rows.mask]
+        own = rows.residuals_of_series(residuals)[rows.mask]
         if loss == "soft" and own.size:
             factor = MEDIAN * float(np.median(np.abs(own)))
         else:

@@ -2,7 +2,7 @@
 
 The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial is a rigid
 body. A plate has one of a, b, c equal to zero. Rotations move by small rotations from the current
-one, so that no chart of the rotations has singular points.
+one, so that the coordinates of rotations have no singular points.
 Source: C. Rucker and P. Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
 """
 
@@ -129,7 +129,7 @@ class Point:
 
     @cached_property
     def velocity_at_rest(self) -> Array:
-        """The angular velocity in the space at rest, seen from the principal axes."""
+        """The angular velocity in the inertial frame, seen from the principal axes."""
         if not self.is_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
@@ -179,7 +179,7 @@ class Point:
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking((amplitude, rate, phase), t)
 
-    def weigh(self, t: Array) -> Array:
+    def acceleration_at(self, t: Array) -> Array:
         """Return the acceleration along -e3 at times t, by gravity and by the shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
@@ -269,7 +269,7 @@ class Parameters:
         self.slices: dict[Key, slice] = {}
         self.size = 0
         for name in free:
-            self._add((name, -1, ""), self._count(name))
+            self._add((name, -1, ""), self._count_numbers(name))
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
@@ -307,7 +307,8 @@ class Parameters:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
 
-    def _count(self, name: str) -> int:
+    def _count_numbers(self, name: str) -> int:
+        """Return the number of free numbers of a parameter."""
         if name in ("moments", "damping"):
             return int((self.moments if name == "moments" else self.damping).shape[1])
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
@@ -439,9 +440,9 @@ class Parameters:
         return made
 
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with a least friction if friction is free.
+        """Return the scene in its principal axes, with a positive friction if friction is free.
 
-        There are no derivatives by a friction of 0.
+        There are no derivatives with respect to friction where it is 0.
         """
         if self.has("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
@@ -505,7 +506,7 @@ class Parameters:
         values, by_step = np.zeros(self.size), np.eye(self.size)
         for key, at in self.slices.items():
             name, i, label = key
-            words = self._describe_block(key, at.stop - at.start)
+            words = self._name_block(key, at.stop - at.start)
             names += words
             unit = self._series_unit(i, label) if name == "bias" else _UNITS[name]
             units += [unit] * len(words) if isinstance(unit, str) else unit
@@ -513,14 +514,14 @@ class Parameters:
                 value = point.instruments[key]
                 values[at] = logarithm(value) if name == "mounting" else value
             else:
-                values[at] = self._describe_motion(name, point, by_step[at])
+                values[at] = self._evaluate_motion_block(name, point, by_step[at])
         return names, units, values, by_step
 
     def _series_unit(self, i: int, label: str) -> str:
         quantity = next(s.quantity for s in self.records[i].series if s.name == label)
         return MEASURABLE[quantity].dimension
 
-    def _describe_block(self, key: Key, count: int) -> list[str]:
+    def _name_block(self, key: Key, count: int) -> list[str]:
         name, i, label = key
         if name in ("moments", "damping"):
             columns = self.moments if name == "moments" else self.damping
@@ -536,7 +537,7 @@ class Parameters:
             return [head]
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
-    def _describe_motion(self, name: str, point: Point, rows: Array) -> Array:
+    def _evaluate_motion_block(self, name: str, point: Point, rows: Array) -> Array:
         """Return the values of a block of the motion, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.at(name)

@@ -101,14 +101,14 @@ class Motion:
     def predict(self, name: str, place: Array | None = None) -> Prediction:
         """Return a quantity; `place` is the position of the accelerometer, for specific_force."""
         if name == INERTIAL_VELOCITY.name:
-            return self._describe(self._predict_inertial_velocity())
+            return self._to_frame_of_description(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
             assert place is not None
             return self._predict_specific_force(place)
         if name == "spin_angle" and not self._is_described_in_principal_axes:
             return self._predict_spin_angle()
         made = self._call_core(name)
-        return self._describe(made) if name in SEEN_FROM_BODY else made
+        return self._to_frame_of_description(made) if name in SEEN_FROM_BODY else made
 
     def _call_core(self, name: str) -> Prediction:
         n = len(self.states)
@@ -145,7 +145,7 @@ class Motion:
         made: NDArray[np.bool_] = np.hypot(apex[:, 0], apex[:, 1]) < _POLE
         return made
 
-    def _describe(self, seen: Prediction) -> Prediction:
+    def _to_frame_of_description(self, seen: Prediction) -> Prediction:
         """Return a vector seen from the frame of description instead of the principal axes."""
         if self._is_described_in_principal_axes:
             return seen
@@ -157,11 +157,11 @@ class Motion:
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the place r, with the vertical V."""
-        change = self._describe(self._predict_inertial_acceleration())
-        rate = self._describe(self._predict_inertial_velocity())
-        up = self._describe(self._call_core("body_vertical"))
+        change = self._to_frame_of_description(self._predict_inertial_acceleration())
+        rate = self._to_frame_of_description(self._predict_inertial_velocity())
+        up = self._to_frame_of_description(self._call_core("body_vertical"))
         t = self.origin + self.states[:, 0]
-        weight = self.point.weigh(t)
+        weight = self.point.acceleration_at(t)
         found = specific_force(change.values, rate.values, up.values, weight, place)
         by_change = -cross_matrix(place)
         w = rate.values
@@ -198,7 +198,7 @@ class Motion:
         return self.parameters.has("turning") or self.point.is_turning
 
     @cached_property
-    def _support(self) -> Prediction:
+    def _support_velocity(self) -> Prediction:
         """The angular velocity of the support, seen from the principal axes."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
@@ -210,18 +210,21 @@ class Motion:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the space at rest, seen from the principal axes."""
+        """Return the angular velocity in the inertial frame, seen from the principal axes."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
-        return Prediction(*map(np.add, relative, self._support))
+        return Prediction(*map(np.add, relative, self._support_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
         """Return the derivative U' + O x U by time of the inertial velocity U + O."""
         relative = self._call_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
-        (u, u_by, u_rate), (o, o_by, o_rate) = self._call_core("body_velocity"), self._support
+        (u, u_by, u_rate), (o, o_by, o_rate) = (
+            self._call_core("body_velocity"),
+            self._support_velocity,
+        )
         found, by, rate = relative
         if by.size:
             by = by + cross_matrix(o) @ u_by - cross_matrix(u) @ o_by

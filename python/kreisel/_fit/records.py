@@ -107,7 +107,7 @@ class Record(ReadOnlyArrays):
              from the residuals of the fit, for each quantity
     free     properties of the instrument that the fit estimates: "bias" and "scale" of each
              component, "mounting", the rotation from the instrument to the frame of the body, and
-             "delay", by which the clock of the instrument is ahead [T]
+             "delay", the time by which the clock of the instrument is ahead [T]
     degrees  True: angles, angular velocities and angular accelerations are in degrees, and their
              sigma too
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
@@ -167,7 +167,7 @@ class Record(ReadOnlyArrays):
     @property
     def size(self) -> int:
         """The number of measured numbers; an attitude counts as 3."""
-        return sum(int(_count(one)) for one in self.series)
+        return sum(int(_count_measured_numbers(one)) for one in self.series)
 
     @property
     def missing(self) -> int:
@@ -228,7 +228,8 @@ class Record(ReadOnlyArrays):
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 
-def _count(series: Series) -> int:
+def _count_measured_numbers(series: Series) -> int:
+    """Return the number of independent measured numbers of a series."""
     if series.is_attitude:
         return 3 * int(series.measured[:, 0].sum())
     return int(series.measured.sum())

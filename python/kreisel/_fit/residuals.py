@@ -78,7 +78,7 @@ class Rows:
     def at(self) -> slice:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
-    def select(self, residuals: Array) -> Array:
+    def residuals_of_series(self, residuals: Array) -> Array:
         """Return the residuals (n, width) of the series."""
         return residuals[self.at].reshape(self.shape)
 
@@ -149,8 +149,10 @@ class ResidualModel:
     def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
         times, where = self._shift_times(point)
         scene = self.parameters.to_differentiable_scene(point, self.origin)
-        states, tangents = self._solve(scene, times, self._tangents if has_jacobian else ())
-        transform = self._by_parameters(point) if has_jacobian else np.empty((0, 0))
+        states, tangents = self._solve_both_sides(
+            scene, times, self._tangents if has_jacobian else ()
+        )
+        transform = self._scene_by_parameters(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
             last = int(where[-1][0])
             by = tangents[last] @ transform if has_jacobian else np.empty(0)
@@ -190,7 +192,9 @@ class ResidualModel:
         needs |= {"com"} if "lever" in needs else set()
         return tuple(name for name in TANGENTS if name in needs)
 
-    def _solve(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> tuple[Array, Array]:
+    def _solve_both_sides(
+        self, scene: Scene, t: Array, tangents: tuple[str, ...]
+    ) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may begin before the start."""
         self.evaluations += 1
         back = int(np.searchsorted(t, 0.0))
@@ -216,7 +220,7 @@ class ResidualModel:
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _by_parameters(self, point: Point) -> Array:
+    def _scene_by_parameters(self, point: Point) -> Array:
         """Return the derivatives (c, size) of the scene's attributes for the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
@@ -259,7 +263,7 @@ class _RowBuilder:
     def __init__(self, rows: Rows, motion: Motion, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
         self.parameters, self.point = motion.parameters, motion.point
-        mounting = self._get("mounting")
+        mounting = self._instrument_value("mounting")
         # the rotation from the frame of description to the instrument
         self.view = None if mounting is None else rotation_matrix(mounting).T
         self.weight = np.where(rows.mask, 1.0 / rows.sigma, 0.0)
@@ -267,16 +271,18 @@ class _RowBuilder:
             self._compare_attitudes() if rows.series.is_attitude else self._compare_values(place)
         )
 
-    def _get(self, name: str) -> Array | None:
+    def _instrument_value(self, name: str) -> Array | None:
+        """Return a property of the instrument that measured the series, or None if it has none."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
-    def _at(self, name: str) -> slice | None:
+    def _instrument_slice(self, name: str) -> slice | None:
+        """Return the columns of a property of the instrument, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
     def _compare_attitudes(self) -> Array:
-        mounting = self._get("mounting")
+        mounting = self._instrument_value("mounting")
         turn = self.point.axes
         if mounting is not None:
             turn = multiply_quaternions(conjugate_quaternions(mounting), turn)
@@ -292,7 +298,11 @@ class _RowBuilder:
             found = self._view_from_instrument(found)
         self.whole = found.values
         self.found = found if series.part is None else _select_component(found, series.part)
-        values, scale, bias = self.found.values, self._get("scale"), self._get("bias")
+        values, scale, bias = (
+            self.found.values,
+            self._instrument_value("scale"),
+            self._instrument_value("bias"),
+        )
         values = values if scale is None else values * scale
         change = values - series.values if bias is None else values + bias - series.values
         return wrap_angle(change) if series.is_angle else change
@@ -318,7 +328,7 @@ class _RowBuilder:
         made: Array = left @ self.motion.attitude_by
         if p.has("axes"):
             made[:, :, p.at("axes")] -= right
-        mounting, delay = self._at("mounting"), self._at("delay")
+        mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")
         if mounting is not None and self.view is not None:
             made[:, :, mounting] += right @ (self.view @ self.motion.axes).T
         if delay is not None:
@@ -327,13 +337,17 @@ class _RowBuilder:
 
     def _differentiate_values(self) -> Array:
         found, part, made = self.found, self.rows.series.part, self.found.by
-        mounting, delay = self._at("mounting"), self._at("delay")
+        mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")
         if mounting is not None and self.rows.series.quantity in SEEN_FROM_BODY:
             turned = cross_matrix(self.whole)
             made[:, :, mounting] += turned if part is None else turned[:, part : part + 1]
         if delay is not None:
             made[:, :, delay] -= found.rate[:, :, None]
-        scale, scales, bias = self._get("scale"), self._at("scale"), self._at("bias")
+        scale, scales, bias = (
+            self._instrument_value("scale"),
+            self._instrument_slice("scale"),
+            self._instrument_slice("bias"),
+        )
         width = range(found.values.shape[1])
         if scale is not None and scales is not None:
             made *= scale[None, :, None]

@@ -1,4 +1,4 @@
-"""The search for a fit: guesses, longer and longer parts of the records, and estimated noise."""
+"""The search for a fit: guesses, growing parts of the records, and estimated noise."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ from .._utils.validation import Array
 from .aliasing import list_aliases
 from .initial_guess import Guess, guess_from_records
 from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
-from .multiple_shooting import Pieces, ShootingModel, choose_pieces, fits_loosely, shoot
+from .multiple_shooting import (
+    PieceStarts,
+    ShootingModel,
+    choose_pieces,
+    fits_with_gaps,
+    minimize_by_shooting,
+)
 from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
@@ -133,9 +139,9 @@ class SearchSession:
     def check_start(self) -> None:
         """Raise ValueError if no motion fits, and friction holds the scene's top at its start.
 
-        Many motions before the start then lead to it.
+        Many earlier motions then lead to the same start.
         """
-        if self._is_good() or not self.parameters.start.friction:
+        if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
             self.solve_guess()
@@ -182,31 +188,36 @@ class SearchSession:
             found = guess_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
             if pieces is None:
-                self._shoot(found, None, _CHAOTIC)
-            if is_single and not self._is_good():
+                self._try_shooting(found, None, _CHAOTIC)
+            if is_single and not self._has_small_misfit():
                 self._search_until_excellent(found if is_done else [*found, own])
-            if pieces is None and not self._is_good():
-                self._shoot(found, None, _UNSTABLE)
+            if pieces is None and not self._has_small_misfit():
+                self._try_shooting(found, None, _UNSTABLE)
             elif not is_single:
                 agrees = agreement >= self._end
-                self._shoot([] if agrees else self._sort_by_agreement(found), pieces, 2)
-        if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
+                self._try_shooting([] if agrees else self._sort_by_agreement(found), pieces, 2)
+        if (
+            pieces is None
+            and self._has_small_misfit()
+            and self.best is not None
+            and not self.best.pieces
+        ):
             self._split_chaotic(self.best.point)
         self._choose_sign()
         self._choose_heading()
-        self._refine()
-        self._find_alias()
+        self._refine_with_estimated_sigmas()
+        self._try_aliases()
 
     def _split_chaotic(self, point: Point) -> None:
         """Divide the best motion into pieces if errors grow too much for a linear approximation."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._shoot_from(model, model.start_along(point), np.inf)
+            self._minimize_by_shooting(model, model.start_on_motion_of(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
         """Search from the guesses in the order of their agreement with the records."""
-        points = [(*self._find_agreement(p), p) for p in map(self._prepare, guesses)]
+        points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
             if self._is_excellent():
@@ -221,8 +232,8 @@ class SearchSession:
     def _search_slowly(self, point: Point) -> None:
         """Search from the scene's body on slowly growing parts of the records.
 
-        The phases of all oscillations then remain known. Noise in the records biases the first
-        guess of the moments, and thus the frequencies.
+        The phases of all oscillations are then never lost. A first guess would not do, because
+        noise biases its moments and thus its frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -234,7 +245,7 @@ class SearchSession:
         )
         self._search_from(own, 0.0)
 
-    def _prepare(self, guess: Guess) -> Point:
+    def _fit_guess(self, guess: Guess) -> Point:
         """Return the point of a guess after a search in its allowed directions."""
         if guess.allowed is None:
             return guess.point
@@ -249,7 +260,7 @@ class SearchSession:
         own = np.abs(self.best.residuals[self.model.measured])
         return float(MEDIAN * np.median(own)) ** 2
 
-    def _is_good(self) -> bool:
+    def _has_small_misfit(self) -> bool:
         return self._measure_misfit() <= _FITS
 
     def _is_excellent(self) -> bool:
@@ -275,13 +286,15 @@ class SearchSession:
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
-    def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
+    def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
+        """Return the settings of a search that reports each minimum."""
+
         def report(found: Minimum) -> None:
-            self._keep(found, model)
+            self._keep_if_best(found, model)
 
         return Search(self.loss, limit, ftol, report)
 
-    def _keep(self, found: Minimum, model: ResidualModel) -> None:
+    def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
         """Keep a minimum of the whole records if it is the best, and report the progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
@@ -297,11 +310,11 @@ class SearchSession:
     def _search_from(self, point: Point, agreement: float) -> None:
         """Search from a point, beginning with the parts of the records with which it agrees."""
         before = self.best
-        point = self._extend(point, agreement)
-        settings = self._settings(_FTOL, self.model, self.limit)
+        point = self._fit_growing_parts(point, agreement)
+        settings = self._search_settings(_FTOL, self.model, self.limit)
         found = minimize(self.model, point, settings)
         if np.isfinite(found.cost):
-            self._keep(found, self.model)
+            self._keep_if_best(found, self.model)
         has_ended = before is not None and before.has_converged
         if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
@@ -324,7 +337,7 @@ class SearchSession:
     def _choose_heading(self) -> None:
         """Turn the best point about the vertical to the direction of the scene's turning.
 
-        Instruments on the body do not show this direction.
+        Instruments on the body cannot measure this direction.
         """
         p, best = self.parameters, self.best
         if best is None or best.pieces or not (p.has("attitude") and p.has("turning")):
@@ -346,12 +359,12 @@ class SearchSession:
             natural = self.model.natural_sizes(twin)
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
-    def _find_alias(self) -> None:
-        """Search with other spins that fit similarly; keep a clearly better result."""
+    def _try_aliases(self) -> None:
+        """Search from other spins that may fit equally well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
-        if best.pieces and self._is_good():
+        if best.pieces and self._has_small_misfit():
             return
         aliases = list_aliases(self.parameters, best.point, self.records)
         if not (aliases and self._determines_velocity(best)):
@@ -368,10 +381,10 @@ class SearchSession:
             if not is_other or found.cost > best.cost + rise:
                 continue
             if found.cost < best.cost - rise:
-                self._keep(found, self.model)
+                self._keep_if_best(found, self.model)
                 self._search_from(turned, self._find_agreement(turned)[0])
-                return self._find_alias()
-            self.alias = turned if self._is_good() else None
+                return self._try_aliases()
+            self.alias = turned if self._has_small_misfit() else None
             return
 
     def _determines_velocity(self, best: Solution) -> bool:
@@ -383,7 +396,7 @@ class SearchSession:
     def _report_minimum(self, found: Minimum) -> None:
         self._report_cost(found.cost)
 
-    def _extend(self, point: Point, agreement: float) -> Point:
+    def _fit_growing_parts(self, point: Point, agreement: float) -> Point:
         """Return a point fitted to ever longer parts of the records."""
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
@@ -392,7 +405,7 @@ class SearchSession:
             horizon = max(0.0 if is_slow else agreement, _GROWTH * horizon, least)
             if horizon >= self._end or self.model.evaluations >= self.limit:
                 break
-            part = self._cut_model(horizon)
+            part = self._model_up_to(horizon)
             if part is not None:
                 point = self._fit_part(part, point)
             agreement, cost = self._find_agreement(point)
@@ -407,14 +420,14 @@ class SearchSession:
         assert isinstance(found.point, Point)
         return found.point
 
-    def _cut_model(self, horizon: float) -> ResidualModel | None:
+    def _model_up_to(self, horizon: float) -> ResidualModel | None:
         """Return the residuals up to a time from the start, or None for too few numbers."""
-        records, sigmas = self._cut_records(horizon)
+        records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
-    def _cut_records(self, horizon: float) -> tuple[list[Record], list[Array]]:
+    def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
         """Return the records up to a time before and after the start, and their sigmas."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
@@ -438,7 +451,7 @@ class SearchSession:
             until = min(until, late)
         return until, compute_cost(found.residuals, "soft")
 
-    def _shoot(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
+    def _try_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
         """Search with the motion in at least `least` pieces; keep a clearly better result."""
         for guess in guesses:
             count = pieces or choose_pieces(guess.point, self.records)
@@ -453,11 +466,11 @@ class SearchSession:
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
-            self._shoot_from(model, begin, 0.5)
+            self._minimize_by_shooting(model, begin, 0.5)
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
+            self._minimize_by_shooting(model, model.start_on_motion_of(self.parameters.start), 0.5)
 
     def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses in the order of their agreement with the records."""
@@ -473,19 +486,23 @@ class SearchSession:
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
         """Return True if a part of the records can be fitted by pieces with large gaps."""
-        records, sigmas = self._cut_records(self._end * _PIECES_TRIED / count)
+        records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_loosely(model, model.start(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(model, model.start(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
-    def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
+    def _minimize_by_shooting(
+        self, model: ShootingModel, begin: PieceStarts, factor: float
+    ) -> None:
         """Search with the motion in pieces; keep costs below `factor` times the best one."""
         before = self.best
         self.best = None
-        found = shoot(model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit)
+        found = minimize_by_shooting(
+            model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit
+        )
         self.evaluations += model.evaluations
         if np.isfinite(found.cost):
             self._keep_pieces(found, model)
@@ -495,7 +512,7 @@ class SearchSession:
     def _keep_pieces(self, found: Minimum, model: ShootingModel) -> None:
         self._report_cost(found.cost)
         pieces = found.point
-        assert isinstance(pieces, Pieces)
+        assert isinstance(pieces, PieceStarts)
         residuals, jacobian = found.evaluation
         self.best = Solution(
             pieces.points[model.first],
@@ -507,7 +524,7 @@ class SearchSession:
             tuple(zip(map(float, model.edges[:-1]), pieces.points, strict=True)),
         )
 
-    def _refine(self) -> None:
+    def _refine_with_estimated_sigmas(self) -> None:
         """Estimate the unknown standard deviations from the residuals, and search again."""
         for k in range(0 if self.is_sigma_known else _ROUNDS):
             if self.best is None or not self.best.has_converged:
@@ -527,7 +544,9 @@ class SearchSession:
         self.best = None
         if best.pieces:
             model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-            self._shoot_from(model, Pieces(tuple(point for _, point in best.pieces)), np.inf)
+            self._minimize_by_shooting(
+                model, PieceStarts(tuple(point for _, point in best.pieces)), np.inf
+            )
         else:
             self._search_from(best.point, self._end)
 
@@ -535,7 +554,9 @@ class SearchSession:
         """Return the size of the residuals relative to that of the values, or to 1 rad."""
         assert self.best is not None
         shares = [
-            rows.select(self.best.residuals)[rows.mask] * rows.sigma[rows.mask] / rows.series.size
+            rows.residuals_of_series(self.best.residuals)[rows.mask]
+            * rows.sigma[rows.mask]
+            / rows.series.size
             for rows in self.model.rows
         ]
         own = np.concatenate(shares)
@@ -563,7 +584,9 @@ def _find_disagreement(rows: Rows, found: Evaluation, t: Array) -> float:
     if not measured.any():
         return np.inf
     scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)
-    relative = np.minimum(np.abs(rows.select(found.residuals) * rows.sigma / scale), 1.0)
+    relative = np.minimum(
+        np.abs(rows.residuals_of_series(found.residuals) * rows.sigma / scale), 1.0
+    )
     error = (relative[measured] ** 2).mean(axis=1)
     order = np.argsort(t[measured], kind="stable")
     width = int(np.clip(len(error) // 50, 3, _WINDOW))

@@ -1,7 +1,8 @@
 """Covariances of fitted parameters, and measures of their reliability.
 
-If chi2 per degree of freedom is above chance, the errors are multiplied by its square root. If
-neighbouring residuals have the correlation r, they are also multiplied by sqrt((1 + r) / (1 - r)).
+If chi2 per degree of freedom is larger than chance explains, the errors are multiplied by its
+square root. If neighbouring residuals have the correlation r, they are also multiplied by
+sqrt((1 + r) / (1 - r)).
 Sources: G. Box, G. Jenkins and G. Reinsel, Time Series Analysis, for correlated residuals; P. Huber
 and E. Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
@@ -48,9 +49,9 @@ class ResidualStatistics(NamedTuple):
 class Spectrum:
     """The directions that the residuals determine, and the others, in natural units.
 
-    natural  (size,) the natural sizes of the parameters
-    factor   (size, k) whose product with its transpose is the covariance
-    blind    (size, l) unit vectors along the changes that no residual sees
+    natural  (size,) the natural sizes of the parameters factor   (size, k) whose product with its
+    transpose is the covariance blind    (size, l) unit vectors along the changes that do not affect
+    any residual
     """
 
     natural: Array
@@ -124,7 +125,7 @@ def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals of each component of each series."""
     found = []
     for one in rows:
-        values, measured = one.select(residuals), one.mask
+        values, measured = one.residuals_of_series(residuals), one.mask
         for k in range(values.shape[1]):
             column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0

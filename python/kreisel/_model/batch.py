@@ -148,9 +148,9 @@ class Batch(Generic[_M]):
         dims = len(self.shape)
         parts = _expand_row_key(key, dims)
         if parts is None:
-            return self._take(order, (None,) * order.ndim)
+            return self._take_members(order, (None,) * order.ndim)
 
-        def take(column: Column) -> Column:
+        def take_from_column(column: Column) -> Column:
             small = drop_broadcast(column, dims)
             at = tuple(
                 part if small.shape[k] == self.shape[k] else slice(None)
@@ -158,14 +158,14 @@ class Batch(Generic[_M]):
             )
             return np.broadcast_to(read_only(small[at]), order.shape + column.shape[dims:])
 
-        return self._map_columns(take, order.shape, self._names)
+        return self._map_columns(take_from_column, order.shape, self._names)
 
-    def _take(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
+    def _take_members(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
         """Return the batch of the members whose flat indices (in C order) are `order`."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
-        def gather(column: Column) -> Column:
+        def gather_from_column(column: Column) -> Column:
             trailing = column.shape[dims:]
             small = drop_broadcast(column, dims)
             varies = [n > 1 for n in small.shape[:dims]]
@@ -174,7 +174,7 @@ class Batch(Generic[_M]):
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
             return np.broadcast_to(read_only(small[at]), order.shape + trailing)
 
-        return self._map_columns(gather, order.shape, names)
+        return self._map_columns(gather_from_column, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
         """Return the same members, in C order, in another shape; dimensions lose their names.
@@ -185,7 +185,7 @@ class Batch(Generic[_M]):
         3.0
         """
         order = np.arange(self.size).reshape(*shape)
-        return self._take(order, (None,) * order.ndim)
+        return self._take_members(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
         """Return the members in one dimension, in C order."""
@@ -203,7 +203,7 @@ class Batch(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        varying = [_describe(word) for word in self._varying_parameters()]
+        varying = [_format_range(word) for word in self._varying_parameters()]
         dims = len(self.shape)
         varying = varying or [
             name for name, held in self._columns.items() if any(held.strides[:dims])
@@ -211,7 +211,7 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, with broadcast dimensions reduced to one entry."""
+        """Return the state for pickling, in which broadcast dimensions have a single entry."""
         held = memoize_by_buffer(lambda column: drop_broadcast(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
@@ -235,7 +235,7 @@ class Batch(Generic[_M]):
         )
 
 
-def _describe(word: Parameter) -> str:
+def _format_range(word: Parameter) -> str:
     """Describe a parameter that varies: its name and, for a scalar, its least and largest value."""
     if word.value or not word.values.size:
         return word.name

@@ -145,7 +145,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             columns["inertia"] = flat.reshape(*self.shape, 9)
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
-            raise self._member_error(
+            raise self._reproduce_member_error(
                 make, given, tuple(map(int, np.unravel_index(index, self.shape)))
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
@@ -155,7 +155,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
-    def _member_error(
+    def _reproduce_member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
         """Return the error that the constructor `make` raises for the member with index `at`."""

@@ -62,7 +62,7 @@ class BodiesConstructors:
         heavy = weight.values
         if density is not None:
             if not shape.volume.any():
-                raise ValueError(shapes.thin_body_message(shape.name))
+                raise ValueError(shapes.density_without_volume_message(shape.name))
             with np.errstate(all="ignore"):
                 heavy = weight.values * shape.volume
             parse_positive(f"mass of the {shape.name}", heavy)

@@ -25,7 +25,7 @@ from .ensemble_data import (
     broadcast_shape,
     check_body,
     compute_momenta,
-    member_error,
+    reproduce_member_error,
 )
 from .environment import Environment, parse_environments
 from .euler_angles import (
@@ -107,7 +107,7 @@ class EnsembleConstructors(EnsembleData[S]):
             )
         columns["momentum"] = compute_momenta(body, start, q, columns["turning"])
         columns["attitude"] = q
-        return cls.__new__(cls)._assign(body, [*parameters, *around], columns, one)
+        return cls.__new__(cls)._store_columns(body, [*parameters, *around], columns, one)
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
@@ -252,5 +252,5 @@ def steady_rates(
     bad = np.broadcast_to(bad & ~at_pole, shape)
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
-        raise member_error(body, parameters, one, shape, at)
+        raise reproduce_member_error(body, parameters, one, shape, at)
     return np.where(at_pole, 0.0, rates)

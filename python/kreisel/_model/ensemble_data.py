@@ -69,9 +69,11 @@ class EnsembleData(Batch[S]):
         parameters = [start, turned, *around]
         broadcast_shape(bodies, parameters)
         momenta = compute_momenta(bodies, start, q, columns["turning"])
-        self._assign(bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one)
+        self._store_columns(
+            bodies, parameters, {"momentum": momenta, "attitude": q, **columns}, self._one
+        )
 
-    def _assign(
+    def _store_columns(
         self,
         body: Body | Bodies,
         parameters: Sequence[Parameter],
@@ -84,20 +86,20 @@ class EnsembleData(Batch[S]):
         """
         shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
-            shape = np.broadcast_shapes(shape, held.shape[: held.ndim - _trailing(name)])
+            shape = np.broadcast_shapes(shape, held.shape[: held.ndim - _dimensions_of_value(name)])
         words = [each for each in parameters if each.values.ndim > len(each.value)]
         bodies = body
         if isinstance(body, Bodies):
             words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
-        states = [(name, held, _trailing(name)) for name, held in columns.items()]
+        states = [(name, held, _dimensions_of_value(name)) for name, held in columns.items()]
         varied = [(each.name, each.values, len(each.value)) for each in words]
         names = axis_names(shape, words)
         self._set_columns(shape, names, make_columns(states, shape), make_columns(varied, shape))
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
-            raise member_error(body, parameters, one, shape, at, statuses[status][1])
+            raise reproduce_member_error(body, parameters, one, shape, at, statuses[status][1])
         return self
 
     @classmethod
@@ -135,7 +137,7 @@ class EnsembleData(Batch[S]):
             "friction": rows[..., 33],
         }
         body = Bodies._from_list([scene.body for scene in found], shape)
-        return cls.__new__(cls)._assign(body, (), columns, cls._one)
+        return cls.__new__(cls)._store_columns(body, (), columns, cls._one)
 
     def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
         made = super()._map_columns(change, shape, names)
@@ -234,7 +236,7 @@ class EnsembleData(Batch[S]):
         super().__setstate__(state)
 
 
-def _trailing(name: str) -> int:
+def _dimensions_of_value(name: str) -> int:
     """Return the number of dimensions of one value of a column."""
     return int(name not in ("gravity", "friction"))
 
@@ -259,7 +261,7 @@ def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Sha
         return common_shape(["body", *[each.name for each in parameters]], [own, *shapes])
 
 
-def member_error(
+def reproduce_member_error(
     body: Body | Bodies,
     parameters: Sequence[Parameter],
     one: Callable[..., object],
@@ -282,7 +284,7 @@ def member_error(
 
 
 def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the one given parameter that determines the momentum.
+    """Return the only given parameter that determines the momentum.
 
     Raises ValueError unless exactly one of the parameters in ONE_OF is given.
     """

@@ -128,7 +128,7 @@ def refuse_disturbances(
     """Raise ValueError if a scene or an ensemble has disturbances that are not in `allowed`.
 
     The message is `what`, their names, and the reason or alternative. For supports that turn about
-    e3, the alternative is the same motion seen from the space at rest.
+    e3, the suggested alternative is the same motion seen from the inertial frame.
     """
     found = [name for name in list_disturbances(tops) if name not in allowed]
     if not found:

@@ -1,4 +1,4 @@
-"""Sudden changes of the angular momentum, to all digits.
+"""Sudden changes of the angular momentum, without loss of digits.
 
 A momentum of more than 16 digits is the sum of a double and a low word.
 """
@@ -39,29 +39,29 @@ def keep_velocity(
 ) -> tuple[Vector, Vector]:
     """Return the momentum of the body `new` with the angular velocity of the body `old`.
 
-    Rational numbers keep all digits, and are rounded only once, at the end.
+    The computation uses rational numbers, and rounds only once, at the end.
 
     Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
     `attitude_low` and `low` contain low words. Returns the momentum and its low words. Raises
     ValueError if the momentum overflows.
     """
-    q = _exact(attitude, attitude_low)
-    m = _turn(_conjugate(q), _exact(momentum, low))
-    along = _turn(_conjugate(_exact(old.axes)), m)
+    q = _to_fractions(attitude, attitude_low)
+    m = _rotate(_conjugate(q), _to_fractions(momentum, low))
+    along = _rotate(_conjugate(_to_fractions(old.axes)), m)
     rate = [
         (x - Fraction(rotor)) / Fraction(moment)
         for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
     ]
-    velocity = _turn(_exact(old.axes), rate)
-    seen = _turn(_conjugate(_exact(new.axes)), velocity)
+    velocity = _rotate(_to_fractions(old.axes), rate)
+    seen = _rotate(_conjugate(_to_fractions(new.axes)), velocity)
     own = [
         x * Fraction(moment) + Fraction(rotor)
         for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
     ]
-    return _round(_turn(q, _turn(_exact(new.axes), own)))
+    return _round_to_doubles(_rotate(q, _rotate(_to_fractions(new.axes), own)))
 
 
-def _exact(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
+def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
     """Return the exact sums of doubles and their low words."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
@@ -72,7 +72,7 @@ def _conjugate(q: _Rational) -> _Rational:
     return w, -x, -y, -z
 
 
-def _turn(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+def _rotate(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     """Return q v q* / |q|^2."""
     w, *u = q
     square = w * w + sum(x * x for x in u)
@@ -86,7 +86,7 @@ def _turn(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     return tuple(turned)
 
 
-def _round(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
+def _round_to_doubles(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
     """Return the doubles nearest to three rational numbers, and their low words."""
     try:
         x, y, z = (float(number) for number in exact)

@@ -1,4 +1,4 @@
-"""Types of the keyword arguments of methods that derive scenes and ensembles from a scene."""
+"""Types of the keyword arguments of Scene.replace and Scene.vary."""
 
 from __future__ import annotations
 

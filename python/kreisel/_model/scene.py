@@ -56,7 +56,7 @@ class Scene:
               torque about an axis is -damping times the angular velocity about it
     turning   constant angular velocity of the support, as of a turntable, in space [T^-1]. Space
               turns with the support, and states and quantities are those seen from there. Only
-              momenta are those of the motion in the space at rest
+              momenta are those of the motion in the inertial frame
     shaking   (amplitude [L], rate [T^-1], phase [rad]): the fixed point moves along e3 by
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin

@@ -38,7 +38,7 @@ def parse_fast(
     made = scene(body._block, value, attitude, g, d, u, s, f)
     if isinstance(made, tuple) and name != "momentum":
         v, q, around = made[0], made[1], made[2:7]
-        made = scene(body._block, _momentum(body, name, q, v, around[2]), q, *around)
+        made = scene(body._block, _momentum_of_velocity(body, name, q, v, around[2]), q, *around)
     return made if isinstance(made, tuple) else None
 
 
@@ -63,7 +63,7 @@ def parse_checked(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m = _momentum(body, name, q, as_vector(name, value), around[2])
+    m = _momentum_of_velocity(body, name, q, as_vector(name, value), around[2])
     made = scene(body._block, m, q, *around)
     if not isinstance(made, tuple):
         raise status_to_exception(
@@ -72,13 +72,16 @@ def parse_checked(
     return made
 
 
-def _momentum(body: Body, name: str, q: Quaternion, value: Vector, turning: Vector) -> Vector:
-    rotor = _nonzero(body.principal_rotor) if any(body.rotor) else None
-    moving = _nonzero(turning) if any(turning) else None
+def _momentum_of_velocity(
+    body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
+) -> Vector:
+    """Return the momentum of a top, given its angular velocity `value`."""
+    rotor = _with_negative_zeros(body.principal_rotor) if any(body.rotor) else None
+    moving = _with_negative_zeros(turning) if any(turning) else None
     return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
-def _nonzero(vector: Vector) -> Vector:
+def _with_negative_zeros(vector: Vector) -> Vector:
     """Return the vector with -0.0 for components that are zero."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

@@ -36,7 +36,7 @@ def parse_mass(shape: Shape[float], mass: float | None, density: float | None) -
     if density is None:
         return as_positive("mass", mass)
     if not shape.volume:
-        raise ValueError(thin_body_message(shape.name))
+        raise ValueError(density_without_volume_message(shape.name))
     return as_positive(f"mass of the {shape.name}", as_positive("density", density) * shape.volume)
 
 
@@ -47,7 +47,7 @@ def check_exactly_one(name: str, mass: object, density: object) -> None:
         raise ValueError(f"give exactly one of mass and density of the {name}, {both}")
 
 
-def thin_body_message(name: str) -> str:
+def density_without_volume_message(name: str) -> str:
     """Return the error message for a density of a thin shape, which has no volume."""
     return f"the {name} is thin and has no volume: give its mass"
 

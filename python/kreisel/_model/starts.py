@@ -92,7 +92,7 @@ class _EnergySurface(NamedTuple):
 
     def min_potential(self) -> float:
         """Return the minimum of U: the best points of a grid are refined by Newton's method."""
-        P = _verticals(*_cell_centres((_GRID, 2 * _GRID)))
+        P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
@@ -212,7 +212,7 @@ def _grid_starts(
     frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _verticals(*_cell_centres((counts[0], counts[1]))) @ frame
+    P = _points_on_sphere(*_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
@@ -229,7 +229,7 @@ def _grid_starts(
 
 def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
     """Return random verticals, in principal axes, and random angles alpha."""
-    cover = _cover_verticals(surface)
+    cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
@@ -274,15 +274,15 @@ class _SphereCells(NamedTuple):
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
-        return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
+        return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
-    def middles(self) -> tuple[Array, Array]:
+    def centres_and_reaches(self) -> tuple[Array, Array]:
         """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
         aside = 0.5 * self.wide * np.sin(polar[1])
-        return _verticals(middle, self.angle + 0.5 * self.wide), up + aside
+        return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
 
     def split(self) -> _SphereCells:
         """Return the halves of each cell, which is cut across its longer side."""
@@ -298,12 +298,12 @@ class _SphereCells(NamedTuple):
         )
 
 
-def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
+def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     """Return small cells that together contain all verticals P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.middles()
+        P, reach = cover.centres_and_reaches()
         kept = surface.lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
@@ -330,7 +330,8 @@ def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     return height.ravel(), angle.ravel()
 
 
-def _verticals(height: Array, angle: Array) -> Array:
+def _points_on_sphere(height: Array, angle: Array) -> Array:
+    """Return points (..., 3) of the unit sphere from their heights and azimuths."""
     across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 

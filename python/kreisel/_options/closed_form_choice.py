@@ -45,12 +45,12 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
     `t` is the argument of kreisel.solve. Raises TypeError or ValueError if it contains no times.
     """
-    if _is_short(scene, t):
+    if _ends_too_early(scene, t):
         return False
     return explain_series(scene, as_finite_array("t", t, TIMES_FORM)) is None
 
 
-def _is_short(scene: Scene, t: object) -> bool:
+def _ends_too_early(scene: Scene, t: object) -> bool:
     """Return True if the last time of `t` is certainly too early for the closed form.
 
     This check takes far less time than a short solve, unlike the validation of `t`.

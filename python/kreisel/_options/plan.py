@@ -89,7 +89,7 @@ class Plan:
     choice: StepChoice | None = None
     turn: float | None = None
 
-    def _rows(self) -> list[tuple[str, str]]:
+    def _description_rows(self) -> list[tuple[str, str]]:
         """Return the lines of the description as pairs; repeated names are empty."""
         order = (
             f"order {self.order}"
@@ -115,11 +115,11 @@ class Plan:
         ]
 
     def __str__(self) -> str:
-        return "\n".join(f"{name:<11}{text}" for name, text in self._rows())
+        return "\n".join(f"{name:<11}{text}" for name, text in self._description_rows())
 
     def _repr_html_(self) -> str:
         """Return the plan as a table, which notebooks display."""
-        return format_table(self._rows())
+        return format_table(self._description_rows())
 
 
 def make_plan(
@@ -149,7 +149,7 @@ def make_plan(
         columns=columns,
         bytes=8 * sum(map(count_components, columns)),
         left_out=_list_omissions(scene, options, states),
-        kept=_list_surplus(scene, options),
+        kept=_list_unneeded_computations(scene, options),
         choice=choice,
         turn=_turn_per_step(scene, options),
     )
@@ -247,7 +247,7 @@ def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> 
     return tuple(rows)
 
 
-def _list_surplus(scene: Scene, options: SolveOptions) -> Reasons:
+def _list_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
     if options.method.name == FALLBACK:
         if (

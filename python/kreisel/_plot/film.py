@@ -103,10 +103,10 @@ class Film:
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
-        return self._page
+        return self._to_html
 
     @cached_property
-    def _page(self) -> str:
+    def _to_html(self) -> str:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:

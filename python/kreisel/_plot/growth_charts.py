@@ -43,7 +43,7 @@ class Verdicts(Protocol):
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
 
 
-def classify(indicator: Verdicts) -> npt.NDArray[np.int8]:
+def classify_tops(indicator: Verdicts) -> npt.NDArray[np.int8]:
     """Return for each top the index of its class in CLASSES, as an array (n,)."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
@@ -54,7 +54,7 @@ def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
     """Draw the curve of each top over time, in the colour of its class."""
     chart = new_axes() if axes is None else check_axes(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
-    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify(indicator)
+    lowest, classes = _LOWEST.get(indicator.name, 0.0), classify_tops(indicator)
     visible = np.where(curves > lowest, curves, np.nan)
     marker = "o" if indicator.t.size == 1 else ""
     for k in np.unique(classes):
@@ -91,7 +91,7 @@ def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) 
     """Draw the values at the last time over two parameters, with a dot at each doubtful top."""
     chart = new_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]
-    (up_name, up), (along_name, along) = (_coordinate(tops, d) for d in (0, 1))
+    (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))
     scale: Normalize = Normalize()
     if indicator.name != "lyapunov":
         seen = np.where(values > 1.0, values, np.nan)
@@ -117,7 +117,7 @@ def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) 
     return chart
 
 
-def _coordinate(tops: Ensemble, dimension: int) -> tuple[str, Array]:
+def _axis_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
     """Return the name of a dimension and its values, or indices if there is no monotonic value."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)

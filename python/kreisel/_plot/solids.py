@@ -102,7 +102,7 @@ def draw_tube(
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
-    ring *= 0.5 * _thickness(centre, thickness)
+    ring *= 0.5 * _thickness_or_default(centre, thickness)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
@@ -111,7 +111,7 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
+    draw_faces(axes, np.concatenate([_join_rims(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
 
 
@@ -160,11 +160,12 @@ def _point_away(x: Array, y: Array, reach: float) -> tuple[float, float]:
     return (away.real / abs(away), away.imag / abs(away))
 
 
-def _thickness(centre: Array, thickness: float | None) -> float:
+def _thickness_or_default(centre: Array, thickness: float | None) -> float:
+    """Return the given thickness, or a fraction of the extent of the centre line."""
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
 
-def _sides(rims: Array) -> Array:
+def _join_rims(rims: Array) -> Array:
     """Return the faces (m, 4, 3) that join each rim to the next, for rims (n, k, 3)."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
@@ -225,7 +226,7 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
-def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
+def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
 
     `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
@@ -238,7 +239,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
         start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
         body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
         stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
-        profile = foot + start + [(r, low + z * half) for r, z in [*_smooth(body), *stem]]
+        profile = foot + start + [(r, low + z * half) for r, z in [*_spline_points(body), *stem]]
     else:
         profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
     r, z = np.array(profile).T
@@ -253,7 +254,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
 
 
-def _smooth(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return points of a smooth curve (Catmull-Rom spline) through points (r, z), with r <= 1."""
     given = np.array(points)
     slopes = np.gradient(given, axis=0)
@@ -280,7 +281,9 @@ def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
     if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
         return cuboid_faces(half, centre, axes)
-    quads, colours = revolve(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
+    quads, colours = body_of_revolution(
+        2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any())
+    )
     frame = np.eye(3)[[i, j, apex]]
     if com[apex] < 0.0:
         frame[1:] *= -1.0

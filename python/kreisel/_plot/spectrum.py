@@ -53,7 +53,7 @@ def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
         chart.set_ylim(floor, strengths.max() * 10.0**_DECADES)
     if math.isfinite(spectrum.precession):
         chart.axvline(spectrum.precession, color=ORANGE, linewidth=1.0, linestyle="--", zorder=1)
-        _name_lines(chart, spectrum, lines, strengths)
+        _label_lines(chart, spectrum, lines, strengths)
     about = f"{len(lines)} lines, rest {spectrum.rest:.0e}"
     if math.isfinite(spectrum.precession):
         about += "; dashed: mean precession"
@@ -63,7 +63,7 @@ def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
     return chart
 
 
-def _name_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
+def _label_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
     """Label each line with its distance from the precession, in multiples of the nutation."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:

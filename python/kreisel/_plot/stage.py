@@ -54,7 +54,7 @@ def _draw_floor(axes: Axes, height: float) -> None:
     far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
     colours[:, 3] = 0.35 * np.clip(1.0 - far, 0.0, 1.0) ** 0.5
-    seen = _lift(pieces, height)
+    seen = _project_at_height(pieces, height)
     axes.add_collection(LineCollection(list(seen), colors=colours, linewidths=0.6, zorder=0.1))
 
 
@@ -65,15 +65,15 @@ def _draw_dome(axes: Axes, floor: float) -> None:
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
-        rim = _lift((1.0 - floor * floor) ** 0.5 * _directions(turn), floor)
+        rim = _project_at_height((1.0 - floor * floor) ** 0.5 * _directions(turn), floor)
         axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
-    base, tip = (tuple(_lift(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
+    base, tip = (tuple(_project_at_height(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
     axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
     """Draw the fixed point, and a needle below it if it is above the floor."""
-    axes.plot(*np.stack([_lift(np.zeros(2), z) for z in (0.0, floor)]).T,
+    axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
@@ -89,7 +89,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     for k in range(_POINTS):  # the points of the lamp lie on a spiral
         out, turn = _WIDTH * np.sqrt((k + 0.5) / _POINTS), 2.39996 * k
         lamp = _LAMP + out * np.array((np.cos(turn), np.sin(turn)))
-        outlines.append(_outline(_lift(corners[..., :2] - above * lamp, floor)))
+        outlines.append(_join_faces(_project_at_height(corners[..., :2] - above * lamp, floor)))
     opacity = 1.0 - (1.0 - _STRENGTH) ** (1.0 / _POINTS)
     shadow = PathCollection(
         outlines, facecolors=[to_rgba(SHADOW, opacity)], linewidths=0.0, zorder=0.4
@@ -98,7 +98,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     return shadow
 
 
-def _outline(faces: Array) -> Outline:
+def _join_faces(faces: Array) -> Outline:
     """Return faces (n, 4, 2) as one path, whose filled area is the union of the faces."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
@@ -112,7 +112,7 @@ def _directions(angle: Array) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def _lift(places: Array, height: float) -> Array:
+def _project_at_height(places: Array, height: float) -> Array:
     """Return the projections (..., 2) of places (..., 2) on a horizontal plane."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project(lifted)[:2], axis=-1)

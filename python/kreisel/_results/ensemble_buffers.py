@@ -38,7 +38,7 @@ class RawEvents(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
+    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
         """Return the events at the indices `chosen`, with `numbers` as their column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
@@ -115,7 +115,7 @@ class EnsembleBuffers:
         arrays = {name: getattr(self, name) for name in names}
         return {name: array for name, array in arrays.items() if array is not None}
 
-    def select(self, which: Which) -> EnsembleBuffers:
+    def select_rows(self, which: Which) -> EnsembleBuffers:
         """Return buffers with the rows that `which` selects.
 
         If `which` is a slice, the returned buffers share memory with these buffers.
@@ -140,10 +140,12 @@ class EnsembleBuffers:
             first = np.searchsorted(events.top, numbers, "left", order)
             count = np.searchsorted(events.top, numbers, "right", order) - first
             behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
-            found.append(events.select(order[behind], np.repeat(np.arange(numbers.size), count)))
+            found.append(
+                events.select_events(order[behind], np.repeat(np.arange(numbers.size), count))
+            )
         return found
 
-    def copy_in(self, begin: int, part: EnsembleBuffers) -> None:
+    def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results of `part`, a separate buffer, to the rows that start at `begin`."""
         end = begin + part.size
         mine, columns = self._arrays(), self.columns
@@ -202,7 +204,7 @@ def run_lanes(
     The rows share memory with `buffers`. `work` can stop the run, and contains the number of
     threads to which the core distributes the tops.
     """
-    part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
+    part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
@@ -224,7 +226,7 @@ def run_scalar(
 
     The arguments are those of run_lanes.
     """
-    part = buffers.select(slice(begin, end))
+    part = buffers.select_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,

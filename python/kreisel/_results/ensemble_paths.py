@@ -42,7 +42,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
-        return f"<kreisel.Paths of shape {self.shape}, {k} states each: {self._summary()}>"
+        return f"<kreisel.Paths of shape {self.shape}, {k} states each: {self._format_summary()}>"
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
@@ -58,13 +58,13 @@ class Paths(EnsembleResult, QuantityAttributes):
         """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         if self._buffers.states is None:
             raise self._missing_error("states")
-        return self._reshape(self._buffers.states)
+        return self._to_ensemble_shape(self._buffers.states)
 
     def _quantity_values(self, name: str) -> Array:
         """Return the values of a quantity for all tops."""
         columns = self._buffers.columns
         if name in columns:
-            return self._reshape(columns[name])
+            return self._to_ensemble_shape(columns[name])
         if self.want is not None:
             raise self._missing_error(name)
         if name in STATE_COLUMNS:
@@ -73,8 +73,8 @@ class Paths(EnsembleResult, QuantityAttributes):
             part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return read_only(0.0 * self.states[..., part])
-            return self._reshape(low)[..., part]
-        return self._reshape(values(name, self.tops, self._buffers))
+            return self._to_ensemble_shape(low)[..., part]
+        return self._to_ensemble_shape(values(name, self.tops, self._buffers))
 
     def _missing_error(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
@@ -105,20 +105,20 @@ class Paths(EnsembleResult, QuantityAttributes):
     @property
     def tangents(self) -> Array:
         """(*shape, k, 6, c) derivatives of the states, as in Path.tangents."""
-        return self._reshape(self._tangents())
+        return self._to_ensemble_shape(self._tangents())
 
     @property
     def tangents_low(self) -> Array:
         """(*shape, k, 6, c) low words of the tangents; zero up to 16 digits."""
         high, low = self._tangents(), self._buffers.tangents_low
-        return self._reshape(0.0 * high if low is None else low)
+        return self._to_ensemble_shape(0.0 * high if low is None else low)
 
     @property
     def tangents_rest(self) -> Array:
         """(*shape) the truncation error of the tangents of each top, relative to their size."""
         self._tangents()
         assert self._buffers.truncation is not None
-        return self._reshape(self._buffers.truncation)
+        return self._to_ensemble_shape(self._buffers.truncation)
 
     def derivative(self, quantity: QuantityName) -> Array:
         """Return the derivatives (*shape, k, ..., c) of a quantity, as Path.derivative does.
@@ -133,7 +133,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         """
         self._tangents()
         name, bits = check_quantity(quantity), self._options.solve.tangent_bits
-        return self._reshape(derivatives(name, self.tops, self._buffers, bits))
+        return self._to_ensemble_shape(derivatives(name, self.tops, self._buffers, bits))
 
     def _tangents(self) -> Array:
         """Return the tangents of all tops, or raise AttributeError if there are none."""

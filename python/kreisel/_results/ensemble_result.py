@@ -83,7 +83,7 @@ class EnsembleResult(ReadOnlyArrays):
         """The number of digits used; None if it was not given."""
         return self._options.solve.digits
 
-    def _reshape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    def _to_ensemble_shape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
         """Return `rows`, which has one row per top, reshaped to begin with the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
@@ -92,7 +92,7 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def t(self) -> Array:
         """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
-        return read_only(self._t[:]) if self._t.ndim == 1 else self._reshape(self._t)
+        return read_only(self._t[:]) if self._t.ndim == 1 else self._to_ensemble_shape(self._t)
 
     @property
     def status(self) -> Codes:
@@ -100,7 +100,7 @@ class EnsembleResult(ReadOnlyArrays):
 
         `status_names` has the names of the codes, and `message` describes a failure.
         """
-        return self._reshape(self._buffers.status)
+        return self._to_ensemble_shape(self._buffers.status)
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
@@ -108,7 +108,7 @@ class EnsembleResult(ReadOnlyArrays):
 
         The names are those in kreisel.h, without the prefix.
         """
-        return self._reshape(np.array(STATUSES)[self._buffers.status])
+        return self._to_ensemble_shape(np.array(STATUSES)[self._buffers.status])
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
@@ -122,32 +122,32 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def reached(self) -> Array:
         """(*shape) the time of the last valid state of each top [T]."""
-        return self._reshape(self._buffers.reached)
+        return self._to_ensemble_shape(self._buffers.reached)
 
     @property
     def state_counts(self) -> Counts:
         """(*shape) the number of requested times that each top reached."""
-        return self._reshape(self._buffers.done)
+        return self._to_ensemble_shape(self._buffers.done)
 
     @property
     def steps(self) -> Counts:
         """(*shape) the number of steps of the method."""
-        return self._reshape(self._buffers.counts[:, 0])
+        return self._to_ensemble_shape(self._buffers.counts[:, 0])
 
     @property
     def rejected(self) -> Counts:
         """(*shape) the number of rejected steps."""
-        return self._reshape(self._buffers.counts[:, 1])
+        return self._to_ensemble_shape(self._buffers.counts[:, 1])
 
     @property
     def evaluations(self) -> Counts:
         """(*shape) the number of evaluations of the right-hand side or of the torque."""
-        return self._reshape(self._buffers.counts[:, 2])
+        return self._to_ensemble_shape(self._buffers.counts[:, 2])
 
     @property
     def iterations(self) -> Counts:
         """(*shape) the number of iterations of an implicit solver."""
-        return self._reshape(self._buffers.counts[:, 3])
+        return self._to_ensemble_shape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
         """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
@@ -177,7 +177,7 @@ class EnsembleResult(ReadOnlyArrays):
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
-        times = self._times(i)
+        times = self._times_of_top(i)
         end = float(times[-1]) if times.size else 0.0
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
@@ -191,7 +191,7 @@ class EnsembleResult(ReadOnlyArrays):
         kind = Interrupted if interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
 
-    def _times(self, i: int) -> Array:
+    def _times_of_top(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
@@ -217,8 +217,10 @@ class EnsembleResult(ReadOnlyArrays):
             return replace(path, _tangent_data=self._tangent_data(i))
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = replace_columns(path, {"t": self._times(i)[:done].copy()} | columns)
-        return self._with_last(i, path) if i in buffers.last or buffers.status[i] else path
+            path = replace_columns(path, {"t": self._times_of_top(i)[:done].copy()} | columns)
+        return (
+            self._with_last_valid_state(i, path) if i in buffers.last or buffers.status[i] else path
+        )
 
     def _tangent_data(self, i: int) -> TangentData:
         """Return the tangents of the i-th top at its valid states."""
@@ -232,7 +234,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _path(self, i: int, states: Array, low: Array | None) -> Path:
-        times = self._times(i)
+        times = self._times_of_top(i)
         end = float(times[-1]) if times.size else 0.0
         steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
@@ -241,11 +243,11 @@ class EnsembleResult(ReadOnlyArrays):
         choice = self._buffers.chosen.get(i)
         return path if choice is None else replace(path, _choice=choice)
 
-    def _with_last(self, i: int, path: Path) -> Path:
+    def _with_last_valid_state(self, i: int, path: Path) -> Path:
         """Return `path`, the path of the i-th top, ending with the last valid state of this top."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
-        if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):
+        if len(path) == len(self._times_of_top(i)) or (len(path) and path.t[-1] == state[0, 0]):
             return path
         low = None
         if path._low is not None:
@@ -266,7 +268,7 @@ class EnsembleResult(ReadOnlyArrays):
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
-        return type(self)(self.tops[key], t, self._options, self._buffers.select(which))
+        return type(self)(self.tops[key], t, self._options, self._buffers.select_rows(which))
 
     def __iter__(self) -> Iterator[Any]:
         """Return an iterator over the results along the first dimension."""
@@ -276,7 +278,7 @@ class EnsembleResult(ReadOnlyArrays):
         """Return the result of one or several tops, with NumPy's indexing."""
         raise NotImplementedError
 
-    def _summary(self) -> str:
+    def _format_summary(self) -> str:
         """Return text with the method, its parameters and the number of failures."""
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
         controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)

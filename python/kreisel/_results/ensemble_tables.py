@@ -30,7 +30,7 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     coordinates, variables = _top_variables(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
-        inner = _dimensions(quantity)
+        inner = _array_dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
         variables[quantity.name] = (
             (*along, "time", *inner),
@@ -49,8 +49,8 @@ def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
         import xarray as xr
     along = reduced.tops.axes
     coordinates, variables = _top_variables(reduced), {}
-    for name, quantity, values in _reductions(kept):
-        inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
+    for name, quantity, values in _reductions_with_units(kept):
+        inner = _array_dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _unit_attributes(quantity))
     return xr.Dataset(variables, coordinates, _run_attributes(reduced))
@@ -75,7 +75,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
     """Yield (name, values, unit) of a column for each component of the reductions."""
     n = len(reduced._buffers.status)
-    for name, quantity, values in _reductions(kept):
+    for name, quantity, values in _reductions_with_units(kept):
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(n, -1)
         for i in range(parts.shape[1]):
@@ -83,7 +83,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
             yield column, parts[:, i], quantity.dimension
 
 
-def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
+def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
     """Yield each reduction as (name, Quantity with unit and text, values)."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
@@ -100,7 +100,8 @@ def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
             yield f"{name}_{kind}", of._replace(name=name, dimension=dimension, text=text), values
 
 
-def _dimensions(quantity: Quantity) -> dict[str, list[str]]:
+def _array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
+    """Return the dimensions of the components of a quantity, with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 

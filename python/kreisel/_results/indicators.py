@@ -130,22 +130,25 @@ class Indicator(ReadOnlyArrays):
         - a value of `final_megno` between 2.5 and 8, which is near the threshold;
         - fewer than 100 turns, unless the motion is chaotic.
 
-        In a study of 1600 random tops, 536 of them chaotic, no regular top without doubt was called
-        chaotic. Of the tops that were called regular without doubt, 2 % were chaotic after 100
-        turns, 0.7 % after 300 turns, and none after 1000 turns.
+        In a study of 1600 random tops, 536 of them chaotic, no regular top was classified as
+        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
+        chaotic when the run lasted 100 turns, 0.7 % when it lasted 300, and none when it lasted
+        1000.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
-        for text, is_so in self._doubts().items():
+        for text, is_so in self._reasons_for_doubt().items():
             found[is_so & (found == "")] = text
         return _scalar_or_array(found.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True where `doubt` has a reason; a bool for one scene."""
-        return _scalar_or_array(np.any([self.status != "OK", *self._doubts().values()], axis=0))
+        return _scalar_or_array(
+            np.any([self.status != "OK", *self._reasons_for_doubt().values()], axis=0)
+        )
 
-    def _doubts(self) -> dict[str, npt.NDArray[np.bool_]]:
+    def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
         """Return the reasons for doubt in verdicts of runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {

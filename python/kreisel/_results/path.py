@@ -205,7 +205,7 @@ class Path(ReadOnlyArrays, Tables):
             columns = {name: column[at] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[at]
-        carried = self._tangent_data and self._tangent_data.select(at)
+        carried = self._tangent_data and self._tangent_data.select_states(at)
         return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:

@@ -36,10 +36,12 @@ class Reductions(EnsembleResult):
     """
 
     def __repr__(self) -> str:
-        kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._kinds().items())
-        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
+        kept = ", ".join(
+            f"{name}: {' '.join(kinds)}" for name, kinds in self._kinds_by_quantity().items()
+        )
+        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
-    def _kinds(self) -> dict[str, list[str]]:
+    def _kinds_by_quantity(self) -> dict[str, list[str]]:
         """Return a mapping from the name of each quantity to its kinds of reduction."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
@@ -54,7 +56,7 @@ class Reductions(EnsembleResult):
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
         columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
-        return self._reshape(columns.reshape(len(columns), *shape))
+        return self._to_ensemble_shape(columns.reshape(len(columns), *shape))
 
     @overload
     def __getitem__(self, key: str) -> dict[str, Array]: ...
@@ -66,7 +68,7 @@ class Reductions(EnsembleResult):
         The reductions of a quantity are a mapping from the kind of reduction to an array.
         """
         if isinstance(key, str):
-            names = self._kinds()
+            names = self._kinds_by_quantity()
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
             return {kind: self._reduced_values(key, kind) for kind in names[key]}
@@ -78,18 +80,18 @@ class Reductions(EnsembleResult):
         return self._select_tops(key)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._kinds())
+        return iter(self._kinds_by_quantity())
 
     def __len__(self) -> int:
         """Return the number of quantities."""
-        return len(self._kinds())
+        return len(self._kinds_by_quantity())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._kinds()
+        return name in self._kinds_by_quantity()
 
     def keys(self) -> KeysView[str]:
         """Return the names of the quantities."""
-        return self._kinds().keys()
+        return self._kinds_by_quantity().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
         """Return pairs of a quantity's name and a dictionary {kind of reduction: array}."""

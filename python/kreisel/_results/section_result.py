@@ -42,7 +42,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def __repr__(self) -> str:
         found = f"{len(self.states)} states of {self.size} tops"
-        return f"<kreisel.Section of shape {self.shape}, {found}: {self._summary()}>"
+        return f"<kreisel.Section of shape {self.shape}, {found}: {self._format_summary()}>"
 
     @property
     def n(self) -> int:
@@ -60,7 +60,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
         The times are negative if the section goes back in time.
         """
-        return self._reshape(self._t[:, 0].copy())
+        return self._to_ensemble_shape(self._t[:, 0].copy())
 
     @cached_property
     def _is_state(self) -> npt.NDArray[np.bool_]:
@@ -143,16 +143,18 @@ class Section(EnsembleResult, QuantityAttributes):
                     f"{indicator.status.shape}"
                 )
         unit, in_degrees = as_unit("time_unit", time_unit), as_bool("degrees", degrees)
-        across = self._axis("x", x, in_degrees, unit)
-        up = self._axis("y", y, in_degrees, unit)
-        from .._plot.growth_charts import classify
+        across = self._values_and_label("x", x, in_degrees, unit)
+        up = self._values_and_label("y", y, in_degrees, unit)
+        from .._plot.growth_charts import classify_tops
         from .._plot.section_chart import draw_points
 
-        classes = None if indicator is None else classify(indicator)
+        classes = None if indicator is None else classify_tops(indicator)
         row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
         return draw_points(axes, (across[0], up[0]), (across[1], up[1]), row, classes)
 
-    def _axis(self, axis: str, name: str, degrees: bool, unit: str) -> tuple[Array, str]:
+    def _values_and_label(
+        self, axis: str, name: str, degrees: bool, unit: str
+    ) -> tuple[Array, str]:
         """Return the values of the component called `name`, and the label of its axis."""
         if not isinstance(name, str):
             raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
@@ -230,7 +232,7 @@ def run_section(
 
     Row i of `t` contains the longest time that top i waits for an event, repeated n times.
     """
-    part = buffers.select(slice(begin, end))
+    part = buffers.select_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
     Worker(*options.core, (), work).section(

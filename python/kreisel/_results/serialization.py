@@ -1,4 +1,4 @@
-"""Serialization of paths to archives of a header in JSON, a scene in TOML, and arrays."""
+"""Serialization of paths. An archive holds a header in JSON, a scene in TOML, and arrays."""
 
 from __future__ import annotations
 

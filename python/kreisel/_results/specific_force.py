@@ -1,7 +1,7 @@
-"""What instruments on the body measure: angular velocity and specific force in the space at rest.
+"""What instruments on the body measure: angular velocity and specific force in the inertial frame.
 
 With the angular velocity U relative to the support and that of the support, O, both seen from the
-body, the angular velocity in the space at rest is W = U + O. Since O is constant in the turning
+body, the angular velocity in the inertial frame is W = U + O. Since O is constant in the turning
 space, O' = O x U and W' = U' + O x U.
 """
 

@@ -274,7 +274,7 @@ class States(QuantityAttributes):
     def inertial_velocity(self) -> Array:
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
-        It is relative to the space at rest, and seen from the frame of the body. It differs from
+        It is relative to the inertial frame, and seen from the frame of the body. It differs from
         `body_velocity` on a turning support only.
         """
         if not any(self.scene.turning):

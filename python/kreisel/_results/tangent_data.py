@@ -44,7 +44,7 @@ class TangentData(NamedTuple):
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
 
-    def select(self, which: ResolvedIndex) -> TangentData:
+    def select_states(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of the states that `which` selects."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
@@ -54,8 +54,9 @@ class TangentData(NamedTuple):
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
+        """Return bounds (n,) [rad] on the effect of rounding the scene on the attitude.
 
+        Each number of `scene` is assumed to be rounded.
         Raises AttributeError if some tangents are missing. Tangents with respect to zero parameters
         are not needed, because a zero has no rounding error.
         """

@@ -62,7 +62,7 @@ class EnsemblePlan:
     measured: int
     first: Plan | None
 
-    def _rows(self) -> list[tuple[str, str]]:
+    def _description_rows(self) -> list[tuple[str, str]]:
         """Return the lines of the description as pairs, without the plan of the first top."""
         counts = {
             "by closed form": self.closed_form,
@@ -80,13 +80,13 @@ class EnsemblePlan:
         return list(parts.items())
 
     def __str__(self) -> str:
-        lines = [f"{name:<11}{text}" for name, text in self._rows()]
+        lines = [f"{name:<11}{text}" for name, text in self._description_rows()]
         return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
 
     def _repr_html_(self) -> str:
         """Return the plan as a table, which notebooks display."""
-        first = [("the first top", ""), *self.first._rows()] if self.first else []
-        return format_table([*self._rows(), *first])
+        first = [("the first top", ""), *self.first._description_rows()] if self.first else []
+        return format_table([*self._description_rows(), *first])
 
 
 @overload
@@ -165,7 +165,7 @@ def _plan_ensemble(
         times = parse_times(tops, t, options)
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
-        seconds, measured = _time_sample(tops, times, options, threads)
+        seconds, measured = _estimate_run_time(tops, times, options, threads)
     return EnsemblePlan(
         shape=tops.shape,
         closed_form=closed,
@@ -214,7 +214,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
 
 
-def _time_sample(
+def _estimate_run_time(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
     """Return an estimate of the run time [s], and the number of tops that were run to estimate it.

@@ -111,18 +111,18 @@ class Exact(_ClosedForm):
     """
 
     @cached_property
-    def _turning(self) -> TurningPoints:
+    def _turning_points(self) -> TurningPoints:
         return compute_turning_points(self.scene)
 
     @property
     def least_nutation(self) -> float:
         """The nutation at the turning point nearer to e3, 0 .. pi [rad]."""
-        return float(self._turning.least[0])
+        return float(self._turning_points.least[0])
 
     @property
     def greatest_nutation(self) -> float:
         """The nutation at the turning point farther from e3, 0 .. pi [rad]."""
-        return float(self._turning.greatest[0])
+        return float(self._turning_points.greatest[0])
 
     @property
     def t_least(self) -> float:
@@ -130,7 +130,7 @@ class Exact(_ClosedForm):
 
         It is 0 if the nutation is constant, and inf if the least nutation is never reached.
         """
-        return float(self._turning.t_least[0])
+        return float(self._turning_points.t_least[0])
 
     @property
     def t_greatest(self) -> float:
@@ -138,7 +138,7 @@ class Exact(_ClosedForm):
 
         It is 0 if the nutation is constant, and inf if the greatest nutation is never reached.
         """
-        return float(self._turning.t_greatest[0])
+        return float(self._turning_points.t_greatest[0])
 
     @property
     def motion_type(self) -> str:
@@ -156,7 +156,7 @@ class Exact(_ClosedForm):
 
         Values that differ by at most 1e-12 are treated as equal.
         """
-        return str(self._turning.motion_type[0])
+        return str(self._turning_points.motion_type[0])
 
     @property
     def critical_spin(self) -> float:
@@ -164,7 +164,7 @@ class Exact(_ClosedForm):
 
         The value is 2 sqrt(I1 mass |gravity| |com|) / I3.
         """
-        return float(self._turning.critical_spin[0])
+        return float(self._turning_points.critical_spin[0])
 
     def potential(self, nutation: Numbers) -> Array:
         """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2].
@@ -176,24 +176,24 @@ class Exact(_ClosedForm):
         It is inf at nutation 0 or pi if the apex cannot reach this nutation.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
-        values = turning_potential(self._turning.rows[0], angles.reshape(-1))
+        values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states(t, self.scene._safe_horizon)
+        states = self._states_or_none(t, self.scene._safe_horizon)
         if states is None:
-            states = self._states(self._times(t), math.inf)
+            states = self._states_or_none(self._validated_times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
-    def _states(self, t: object, most: float) -> Array | None:
+    def _states_or_none(self, t: object, most: float) -> Array | None:
         """Return the states at `t` as rows, or None if `t` needs validation in Python.
 
         Times need validation if |t| is not below `most`, or if the core does not accept their type.
         """
         return exact_states(self._plan, t, most)
 
-    def _times(self, t: Numbers) -> Array:
+    def _validated_times(self, t: Numbers) -> Array:
         times = parse_time_list(t)
         check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
@@ -310,7 +310,7 @@ class ExactTorus(Exact):
         """
         return torus_states_at(self._torus, turns)
 
-    def _states(self, t: object, most: float) -> Array | None:
+    def _states_or_none(self, t: object, most: float) -> Array | None:
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
@@ -483,6 +483,6 @@ def record_exact_tangents(
 
 def _compute_states(scene: Scene, t: Array) -> Array:
     """Return the states of the closed form of a scene at some times, as rows."""
-    states = _exact_torus(scene)._states(t, math.inf)
+    states = _exact_torus(scene)._states_or_none(t, math.inf)
     assert states is not None
     return states

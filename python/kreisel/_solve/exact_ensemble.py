@@ -102,9 +102,9 @@ class ExactEnsemble:
             times = times.reshape(n, times.shape[-1])
         self._check_horizon(times)
         at = np.atleast_1d(times)
-        return self._states(at).reshape(*shape, *times.shape[-1:], 8)
+        return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
-    def _states(self, t: Array) -> Array:
+    def _compute_states(self, t: Array) -> Array:
         """Return states (n, k, 8) at times (k,) or (n, k).
 
         A run of the ensemble computes the same states faster, but its times must lead away from 0.
@@ -172,7 +172,7 @@ class ExactEnsemble:
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
-    def _heads(self) -> Array:
+    def _frequencies_and_certificates(self) -> Array:
         """Frequencies, certificate and mismatch as an array (n, 5)."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
@@ -186,75 +186,75 @@ class ExactEnsemble:
         return rates
 
     @cached_property
-    def _turning(self) -> TurningPoints:
+    def _turning_points(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
         self._run_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
-    def _reshape(self, row: Array) -> Array:
+    def _to_ensemble_shape(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._reshape(self._mean_rates[:, 0])
+        return self._to_ensemble_shape(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._mean_rates[:, 1])
+        return self._to_ensemble_shape(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._mean_rates[:, 2])
+        return self._to_ensemble_shape(self._mean_rates[:, 2])
 
     @property
     def frequencies(self) -> Array:
         """(*shape, 3) the frequencies of the torus, as in kreisel.ExactTorus [T^-1]."""
-        return read_only(self._heads[:, :3].reshape(*self.tops.shape, 3))
+        return read_only(self._frequencies_and_certificates[:, :3].reshape(*self.tops.shape, 3))
 
     @property
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._reshape(self._heads[:, 3])
+        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 3])
 
     @property
     def mismatch(self) -> Array:
         """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._reshape(self._heads[:, 4])
+        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:
         """(*shape) the least nutation, as in kreisel.Exact [rad]."""
-        return self._reshape(self._turning.least)
+        return self._to_ensemble_shape(self._turning_points.least)
 
     @property
     def greatest_nutation(self) -> Array:
         """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
-        return self._reshape(self._turning.greatest)
+        return self._to_ensemble_shape(self._turning_points.greatest)
 
     @property
     def t_least(self) -> Array:
         """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
-        return self._reshape(self._turning.t_least)
+        return self._to_ensemble_shape(self._turning_points.t_least)
 
     @property
     def t_greatest(self) -> Array:
         """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
-        return self._reshape(self._turning.t_greatest)
+        return self._to_ensemble_shape(self._turning_points.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of the apex's motion about the vertical, as in kreisel.Exact."""
-        course = self._turning.motion_type.reshape(self.tops.shape)
+        course = self._turning_points.motion_type.reshape(self.tops.shape)
         course.flags.writeable = False
         return course
 
     @property
     def critical_spin(self) -> Array:
         """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._turning.critical_spin)
+        return self._to_ensemble_shape(self._turning_points.critical_spin)
 
 
 def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
@@ -274,14 +274,16 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
         raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
     forms = ExactEnsemble(tops, word)
-    _ = forms._heads  # many motions of these tops are refused, so they are checked at once
+    _ = (
+        forms._frequencies_and_certificates
+    )  # many motions of these tops are refused, so they are checked at once
     return forms
 
 
 def refuse_turning(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a support that turns about e3.
 
-    Its states have a closed form, but turning points and rates refer to the space at rest.
+    Its states have a closed form, but turning points and rates refer to the inertial frame.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():

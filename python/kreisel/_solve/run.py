@@ -67,7 +67,7 @@ _IN_BODY = {"body_momentum", "body_velocity"}
 _UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
 
 
-class _Present(NamedTuple):
+class _PresentState(NamedTuple):
     """The motion of a run, its present state as a scene, and the low words (8,) of this state."""
 
     motion: Motion
@@ -143,12 +143,12 @@ class Run:
         kreisel.solve; the run then stays at its last valid state.
         """
         if every is None and progress is None:
-            path = self._advance_fast(t)
+            path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._times(t, every)
+        times = self._times_to_record(t, every)
         if times.size:
-            self._check(times)
+            self._check_times(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event occurred: continue "
@@ -156,7 +156,7 @@ class Run:
             )
         return self._advance(times, parse_progress(progress))
 
-    def _advance_fast(self, t: object, progress: Progress | None = None) -> Path | None:
+    def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
         """Advance the run in a single call, or return None if `t` must be validated in Python."""
         path: Path | CoreResult | None = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
@@ -200,11 +200,11 @@ class Run:
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
-            path = self._advance_fast(chunk, progress)
+            path = self._advance_in_one_call(chunk, progress)
             if path is not None:
                 yield path
                 continue
-            self._check(chunk)
+            self._check_times(chunk)
             status, path = self._record(chunk, progress)
             path = drop_unwanted(path, self.want, float(chunk[-1]))
             if status != "OK":
@@ -213,7 +213,7 @@ class Run:
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _times(self, t: Numbers, every: int | None) -> Array:
+    def _times_to_record(self, t: Numbers, every: int | None) -> Array:
         number = parse_every(self._options.method, every)
         times = time_array(t, self.step, number, self._options.size, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
@@ -222,7 +222,8 @@ class Run:
             return times[np.abs(times) > abs(self.t)]
         return np.array([self.t, times[-1]])
 
-    def _check(self, times: Array) -> None:
+    def _check_times(self, times: Array) -> None:
+        """Check that the times continue the run and lie within the horizon."""
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
@@ -266,7 +267,7 @@ class Run:
         jolt = as_vector("impulse", impulse)
         if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
-        now = self._present()
+        now = self._present_state()
         momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
         self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
@@ -306,7 +307,7 @@ class Run:
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
         if self._options.can_skip_heading and not is_free:
             raise ValueError(_no_heading_message("a reset of a part of the state"))
-        now = self._present()
+        now = self._present_state()
         if turned:
             now.low[1:5] = 0.0
         none = (0.0, 0.0, 0.0) if moved else None
@@ -343,7 +344,7 @@ class Run:
             raise TypeError(f"change needs a body, {', '.join(around._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        now, low = self._present(), None
+        now, low = self._present_state(), None
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
@@ -351,15 +352,15 @@ class Run:
             scene = scene.replace(momentum=momentum)
         self._restart(now, scene, momentum_low=low)
 
-    def _present(self) -> _Present:
+    def _present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call advances the run."""
         motion = self._top
         state, low = motion.state()
         t, *numbers = state.tolist()
         scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
-        return _Present(motion, scene, t, low)
+        return _PresentState(motion, scene, t, low)
 
-    def _restart(self, now: _Present, scene: Scene, momentum_low: Vector | None) -> None:
+    def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Replace the motion by one that starts from `scene` at the time of `now`.
 
         The low words of the start are those of `now`, except `momentum_low` if it is not None.

@@ -114,7 +114,7 @@ class StepSearch:
         `grown` is the factor g in the error estimate of this module.
         """
         prices, t = {}, abs(self.end)
-        for name, (c, price) in _constants(self.scene).items():
+        for name, (c, price) in _error_constants(self.scene).items():
             part = self.weight * t * grown / self.target
             steps = _SHORTER * c * self.rate * t * part ** (1.0 / methods[name].order)
             prices[name] = price * max(1.0, steps), steps
@@ -192,7 +192,7 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def unmet_error(self, why: str) -> ValueError:
+    def error_not_met(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
             "error (2**-53) of the state, in internal units, changes the attitude by about "
@@ -269,12 +269,12 @@ def search_path(
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.unmet_error("the rounding of the scene alone exceeds it")
+        raise search.error_not_met("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
         if taken > search.budget:
-            raise search.unmet_error(
+            raise search.error_not_met(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
         run = search.run(steps)
@@ -284,7 +284,7 @@ def search_path(
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
         least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
-    raise search.unmet_error(f"rounding errors reach {least:.1e} rad, and finer steps add more")
+    raise search.error_not_met(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
 def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
@@ -304,7 +304,8 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
     return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
 
 
-def _constants(scene: Scene) -> _Constants:
+def _error_constants(scene: Scene) -> _Constants:
+    """Return the error constants of the methods for the kind of drift of a scene."""
     return _SYMMETRIC if _is_drift_exact(scene) else _GENERAL
 
 
@@ -345,7 +346,7 @@ def run_search(
     work: Work | None,
 ) -> EnsembleBuffers:
     """Solve the tops begin..end one by one, each with the cheapest method that meets the error."""
-    part = buffers.select(slice(begin, end))
+    part = buffers.select_rows(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
             break
@@ -410,8 +411,8 @@ def _write_row(
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
     """Return the indices of the path's states at `times`, and the number of times reached.
 
-    The indices end at the first time that the path did not reach. The path of a failed trial run
-    also has states at other times.
+    The indices stop before the first time that the path did not reach. The path of a failed trial
+    run also has states at other times.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

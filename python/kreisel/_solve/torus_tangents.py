@@ -43,7 +43,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 
 @dataclass(frozen=True)
-class _Group:
+class _ColumnGroup:
     """Columns that are computed together: changes of one parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
@@ -65,9 +65,9 @@ def compute_torus_tangents(
 ) -> TangentData:
     """Compute the tangents with respect to the parameters `names` at states of a closed form.
 
-    `compute_states` returns the states of the closed form of a scene at some times. Columns of
-    changes that lead to tops without closed form are NaN. Raises ValueError if the neighbours of
-    the scene have no closed forms, or differ too much from it.
+    `compute_states` evaluates the closed form of a scene at given times. A column is NaN if a
+    change of its parameter leads to tops without a closed form. Raises ValueError if neighbouring
+    scenes have no closed forms, or if their motions differ too much from that of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -107,7 +107,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
         )
 
 
-def _list_groups(scene: Scene, name: str) -> list[_Group]:
+def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
     """Return the groups of columns of the parameter `name`."""
     body = scene.body
     if name != "start":
@@ -115,12 +115,12 @@ def _list_groups(scene: Scene, name: str) -> list[_Group]:
         size = scene._rate_bound**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_Group(size, largest, 1, _change_gravity, _subtract_gravities)]
+        return [_ColumnGroup(size, largest, 1, _change_gravity, _gravity_change)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
     size = scene._rate_bound * max(body.moments)
     return [
-        _Group(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
-        _Group(size, math.inf, columns, _change_momentum, _subtract_momenta),
+        _ColumnGroup(1.0, math.inf, 3, _change_attitude, _attitude_change),
+        _ColumnGroup(size, math.inf, columns, _change_momentum, _momentum_change),
     ]
 
 
@@ -131,7 +131,7 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _subtract_attitudes(one: Scene, other: Scene) -> Array:
+def _attitude_change(one: Scene, other: Scene) -> Array:
     return _rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(3)
 
 
@@ -141,15 +141,18 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _subtract_momenta(one: Scene, other: Scene) -> Array:
+def _momentum_change(one: Scene, other: Scene) -> Array:
+    """Return the change of the momentum from the scene `one` to the scene `other`."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
 
 def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
+    """Return the scene with its gravity changed by `size`."""
     return scene.replace(gravity=scene.gravity + size)
 
 
-def _subtract_gravities(one: Scene, other: Scene) -> Array:
+def _gravity_change(one: Scene, other: Scene) -> Array:
+    """Return the change of gravity from the scene `one` to the scene `other`."""
     return np.array([other.gravity - one.gravity])
 
 
@@ -166,7 +169,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
 
 
 def _differentiate(
-    scene: Scene, states: Array, group: _Group, compute_states: ComputeStates
+    scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return the tangents (n, 6, columns) of a group, and their largest relative error."""
     turned = np.maximum(1.0, scene._rate_bound * np.abs(states[:, 0]))
@@ -176,12 +179,14 @@ def _differentiate(
         step = _STEP * _RANGE**-number
         rows = np.flatnonzero(ranges == number)
         for some in np.split(rows, range(_MOST, len(rows), _MOST)):
-            result[some], rest[some] = _refine(scene, states[some], group, step, compute_states)
+            result[some], rest[some] = _differentiate_with_best_steps(
+                scene, states[some], group, step, compute_states
+            )
     return result, float(rest.max(initial=0.0))
 
 
-def _refine(
-    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+def _differentiate_with_best_steps(
+    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
     """Return the tangents at some states, with the best of several steps, and their errors.
 
@@ -193,7 +198,7 @@ def _refine(
     refused: ValueError | None = None
     for number in range(_STEPS):
         try:
-            one, miss = _difference(
+            one, miss = _central_difference(
                 scene, states[rows], group, step * _SHRINK**number, compute_states
             )
         except ValueError as error:
@@ -214,8 +219,8 @@ def _refine(
     return result, rest
 
 
-def _difference(
-    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+def _central_difference(
+    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
     """Return the central differences of order 8, and their relative difference from order 6.
 

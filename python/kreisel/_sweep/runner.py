@@ -66,13 +66,13 @@ class PartRunner:
                 self.done += len(tops)
         if written is not None:
             written.result()
-            self._report(self.done, last=True)
+            self._report_progress(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
         """Return the progress function for a part of `tops` tops, or None without `progress`."""
-        return self.progress and (lambda share: self._report(self.done + share * tops))
+        return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
-    def _report(self, tops: float, last: bool = False) -> None:
+    def _report_progress(self, tops: float, last: bool = False) -> None:
         """Report the number of finished tops, but at most every _PROGRESS_SECONDS unless `last`."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
@@ -88,7 +88,7 @@ class PartRunner:
         for _ in range(2):
             self._submit_all(executor)
             if not self.left:
-                self._report(self.done, last=True)
+                self._report_progress(self.done, last=True)
                 return
         raise PartsLost(
             f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
@@ -117,7 +117,7 @@ class PartRunner:
             self._stopped.clear()
 
     def _report_done(self) -> None:
-        self._report(self.done)
+        self._report_progress(self.done)
 
     def _check_stopped(self, _: float) -> None:
         """Raise KeyboardInterrupt if the run was stopped; called by the threads of a part."""

@@ -242,7 +242,7 @@ class Source:
         varied = [*self._varied, *random.ranges, *random.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
-    def _sample_indices(self) -> Places:
+    def _validation_indices(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
         The tops are spread evenly over the source and include the first and the last top. For a
@@ -255,7 +255,7 @@ class Source:
         return np.unique(np.append(at, self.size - 1))
 
     def _first_error(
-        self, parse: Callable[[Ensemble], object], at: Places, common: Exception
+        self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
         """Return the error of the first invalid top in `at`, with the index of this top.
 
@@ -265,13 +265,13 @@ class Source:
         while at.size > 1:
             middle = at.size // 2
             try:
-                parse(self._build_tops(at[:middle]))
+                validate(self._build_tops(at[:middle]))
             except (TypeError, ValueError):
                 at = at[:middle]
             else:
                 at = at[middle:]
         try:
-            parse(self._build_tops(at))
+            validate(self._build_tops(at))
         except (TypeError, ValueError) as error:
             own = _FIRST_TOP.match(str(error))
             if own is None:

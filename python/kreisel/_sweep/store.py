@@ -186,7 +186,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
         raise FileExistsError(f"{where} is not a folder")
-    if not (where / PLAN).exists() and _create(where, plan):
+    if not (where / PLAN).exists() and _write_new_plan(where, plan):
         return store
     content = _read_plan_file(where)
     if content["hash"] != plan.hash:
@@ -196,7 +196,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     return store
 
 
-def _create(where: Path, plan: SweepPlan) -> bool:
+def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
     """Write the plan to a new or empty folder.
 
     Return False if another process has written a plan to the folder in the meantime.

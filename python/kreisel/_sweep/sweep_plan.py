@@ -129,7 +129,7 @@ class SweepPlan:
             return self.task.compute_tops(some, self.options, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._first_error(self.task.parse, at, error) from None
+            raise self.source._first_error(self.task.options_and_times, at, error) from None
 
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
@@ -182,12 +182,12 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
     not fit in memory.
     """
-    sample = source._sample_indices()
+    sample = source._validation_indices()
     try:
         ensemble = source._build_tops(sample)
-        options, times = task.parse(ensemble)
+        options, times = task.options_and_times(ensemble)
     except (TypeError, ValueError) as error:
-        raise source._first_error(task.parse, sample, error) from None
+        raise source._first_error(task.options_and_times, sample, error) from None
     states = times.shape[-1]
     results = 8 * len(options.reductions) or states * (8 + options.size)
     row = _ROW_BYTES + results
@@ -221,7 +221,7 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
 
 
 def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def parse(rows: list[list[Any]]) -> dict[str, Parameter]:
+    def parse_parameters(rows: list[list[Any]]) -> dict[str, Parameter]:
         parameters = {}
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
@@ -234,10 +234,10 @@ def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> 
     random = None
     if "random" in plan:
         spec = plan["random"]
-        random = RandomSpec(spec["seed"], parse(spec["ranges"]), spec["widths"])
-    parameters = parse(plan["parameters"])
+        random = RandomSpec(spec["seed"], parse_parameters(spec["ranges"]), spec["widths"])
+    parameters = parse_parameters(plan["parameters"])
     varied: dict[str, Parameter] = {}
     for row in plan["varied"]:
-        varied |= {row: parameters[row]} if isinstance(row, str) else parse([row])
+        varied |= {row: parameters[row]} if isinstance(row, str) else parse_parameters([row])
     scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
     return Source(scene, shape, axes, parameters, varied, plan["flags"], random)

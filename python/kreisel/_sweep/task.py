@@ -47,7 +47,7 @@ class SweepTask(Protocol):
     def normalize(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments give equal plans."""
 
-    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the options and the times for the tops `some`.
 
         For a section, each time is the longest allowed time to the next event, repeated for each
@@ -62,7 +62,7 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops `some`, with options and times returned by `parse`.
+        """Compute the results of the tops `some`; `options` and `times` are from options_and_times.
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
@@ -107,7 +107,7 @@ class SolveTask(NamedTuple):
         )
         return SolveTask(_float_or_list(self.t), self.method, arguments)
 
-    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         options = parse_arguments(some, self.method, self.arguments)
         return options, parse_times(some, self.t, options)
 
@@ -145,7 +145,7 @@ class ChaosTask(NamedTuple):
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
-    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         times, _ = parse_growth(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
@@ -187,7 +187,7 @@ class SectionTask(NamedTuple):
             int(self.max_steps),
         )
 
-    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         waits, options = parse_section(some, *self)
         return options, waits[0]
 
@@ -245,14 +245,14 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
     if "want" in arguments:
-        arguments["want"] = _materialize(arguments["want"])
+        arguments["want"] = _iterator_to_list(arguments["want"])
     reduce = arguments.get("reduce")
     if isinstance(reduce, Mapping):
-        arguments["reduce"] = {name: _materialize(kinds) for name, kinds in reduce.items()}
+        arguments["reduce"] = {name: _iterator_to_list(kinds) for name, kinds in reduce.items()}
     return SolveTask(t, method, SolveArguments(**arguments))
 
 
-def _materialize(names: Any) -> Any:
+def _iterator_to_list(names: Any) -> Any:
     """Return `names` as a list if it is an iterator, because an iterator can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
