@@ -1,21 +1,37 @@
 /* Strong damping. If damping changes the angular velocity about an axis much faster than all other
  * effects, the torque about this axis determines the angular velocity. The motion has then reached
  * its slow manifold, on which
- *     D W_n - h x W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
- * determines the Taylor coefficients of W about this axis by iteration, each from the next one. The
- * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients follow
- * from the recurrence of taylor.h. The radius of convergence is determined by the slow motion and
- * allows long steps. The recurrence alone would need steps as short as A / D. The neglected part is
- * of the order exp(-D t / A), where t is a typical time of the slow motion. The error of this
- * truncation is below the rounding errors (Fenichel 1979). Until the motion reaches the manifold,
- * it is integrated by the recurrence, with a tolerance relative to the small W to which it
- * decays. */
+ *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
+ * determines the Taylor coefficients of U about this axis by iteration, each from the next one. The
+ * support turns with O and shakes with G (support.h). Without them U is W and G is 1. The rotor's
+ * torque h x W is as linear as damping is, and may exceed it. All other coefficients follow from
+ * the recurrence of taylor.h. The radius of convergence is determined by the slow motion and allows
+ * long steps. The recurrence alone would need steps as short as A / D. The neglected part is of the
+ * order exp(-D t / A), where t is a typical time of the slow motion. The error of this truncation is
+ * below the rounding errors (Fenichel 1979). Until the motion reaches the manifold, it is integrated
+ * by the recurrence, with a tolerance relative to the small W to which it decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
+#include "support_motion.h"
 
-enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
+/* Only moving supports have rows for U, O, G and G P. */
+enum {
+    ROW_Q = 0,
+    ROW_P = 4,
+    ROW_W = 7,
+    ROWS_AT_REST = 10,
+    ROW_U = 10,
+    ROW_O = 13,
+    ROW_G = 16,
+    ROW_GP = 17,
+    ROWS = KR_HAS_SUPPORTS ? 20 : ROWS_AT_REST,
+    SWEEPS = 64
+};
+/* The rows of U and of G P. */
+#define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
+#define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
 /* Damping about some axes is strong if its rate exceeds all other rates by this factor.
  * STRONG_ALONE is the factor if damping is strong about all three axes, because the other rates are
  * then only those of the undamped motion. */
@@ -24,44 +40,61 @@ enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
 /* An angular velocity below this fraction of the rate of damping counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An angular velocity below this fraction of the largest one need not be accurate. */
+/* An angular velocity below this fraction of the largest one need not be accurate. The angular
+ * velocity of the support is rounded, so that U is not accurate below this fraction of it. */
 #define NEGLIGIBLE 0x1p-64
+#define ROUNDED 0.25
 
 /* The slow axes, which are the axes about which damping is strong, and rates in the units of the
  * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest
  * rate at which a top falls there. */
 typedef struct slow_axes {
-    int is_slow[3], has_rotor;
+    int is_slow[3], has_rotor, turns, shakes;
     double rate, fall;
     /* The response of the angular velocities about the slow axes to a torque. Each torque is such
      * that without the rotor, which couples the axes, its angular velocity would be 1. */
     double gain[3][3];
 } slow_axes;
 
+/* Returns the angular velocity of the support about an axis. */
+static double turning_about(const kr_series *s, const slow_axes *slow, int axis)
+{
+    return KR_HAS_SUPPORTS && slow->turns ? s->turn[axis + 1] : 0.0;
+}
+/* Returns the derivative of the angular velocity of the support about an axis of the body. */
+static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
+{
+    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const double *w = s->end_w + 1;
+    return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
+}
 /* Returns the torque on a slow axis by the rotor, from the angular velocities about other axes that
- * are not slow. */
+ * are not slow, and from that of the support about slow axes. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double *w = s->end_w + 1;
     if (!slow->has_rotor) return 0.0;
-    return s->k[i] * ((slow->is_slow[j] ? 0.0 : s->shift[i] * w[j]) +
-                      (slow->is_slow[k] ? 0.0 : s->shift[i + 4] * w[k]));
+    return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
+                      (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns the size of the angular velocity about a slow axis, computed from the torques about the
- * slow axes. The product of the velocities about two slow axes is left out, because it is smaller
- * than both. */
+/* Returns the size of the angular velocity about a slow axis relative to the support, as determined
+ * by the torques about the slow axes. The product of the velocities about two slow axes is left out
+ * on a support that does not turn, because it is smaller than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
+    const double most =
+        KR_HAS_SUPPORTS && slow->shakes ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
     double size = 0.0;
     for (int a = 0; a < 3; a++) {
         const int i = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
         if (!slow->is_slow[a] || slow->gain[axis][a] == 0.0) continue;
-        const double turning = slow->is_slow[j] && slow->is_slow[k] ? 0.0 : s->k[i] * w[j] * w[k];
+        const int is_small = slow->is_slow[j] && slow->is_slow[k] && !slow->turns;
+        const double turning = is_small ? 0.0 : s->k[i] * w[j] * w[k];
         size += fabs(slow->gain[axis][a]) *
-                (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning) +
-                 fabs(rotor_torque(s, slow, a))) /
+                (most * (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k])) + fabs(turning) +
+                 fabs(turning_rate(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
                 fabs(s->drag[i]);
     }
     return size;
@@ -71,13 +104,15 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
  * negligible. Without a torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
-    double least = 1.0, most = 0.0;
+    double least = 1.0, most = 0.0, turning = 0.0;
     for (int i = 0; i < 3; i++) {
         const double size = slow->is_slow[i] ? slow_size(s, slow, i) : 0.0;
         most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
         if (size > 0.0) least = fmin(least, size);
+        turning = fmax(turning, fabs(turning_about(s, slow, i)));
     }
-    return fmax(fmin(fmax(least, NEGLIGIBLE * most), most), TINY_VELOCITY);
+    least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), TINY_VELOCITY);
+    return fmax(least, ROUNDED * turning);
 }
 
 #define number double
@@ -110,12 +145,26 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #define over dd_div
 #include "slow_terms.h"
 
-/* Returns an upper bound of the rates that the energy allows without damping. */
+/* Returns an upper bound of the rates of the support, and of those that the energy allows without
+ * damping. */
 static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
 {
     const kr_vec3 A = motion->inertia;
-    const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
-    return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
+    const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever),
+                 own = sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
+    return KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, velocity, 1)) : own;
+}
+/* Returns an upper bound of the torque of the weight and, on a support that turns, of that on a top
+ * at rest relative to it. */
+static double largest_torque(const kr_motion *motion)
+{
+    const kr_scene *scene = motion->scene;
+    dd base, sway;
+    if (!KR_HAS_SUPPORTS || !kr_support_moves(scene)) return v_length(motion->lever);
+    const double turning = motion->time_unit * v_length(scene->turning),
+                 pull = v_length(vdd_high(kr_support_split(motion, &base, &sway)));
+    return pull * (fabs(base.hi) + fabs(sway.hi)) +
+           turning * (v_largest(motion->inertia) * turning + v_length(motion->rotor));
 }
 /* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
  * column i + 2, but only where both axes are slow. */
@@ -154,12 +203,17 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
  * damping is strong about all these axes. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
 {
-    const double undamped = undamped_rate(motion, velocity), pull = v_length(motion->lever);
+    const kr_series *s = ((const kr_taylor *)motion->work)->series;
+    const int moves = KR_HAS_SUPPORTS && s->linear > 1.0, shakes = moves && s->shakes != 0.0;
+    const double shaking = shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
+    const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
     double A[3], D[3], others = undamped, weakest = INFINITY;
     int count = 0;
     v_put(A, motion->inertia);
     v_put(D, motion->damping);
-    slow->fall = 0.0;
+    slow->turns = moves && s->turns != 0.0;
+    slow->shakes = shakes;
+    slow->fall = shaking;
     for (int i = 0; i < 3; i++) {
         slow->is_slow[i] = D[i] / A[i] >= D[least] / A[least];
         count += slow->is_slow[i];
@@ -171,7 +225,7 @@ static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, 
     }
     /* The rotor turns the velocity about an axis that is not slow. */
     if (count < 3) others = fmax(others, v_length(motion->rotor) / fmin(A[0], fmin(A[1], A[2])));
-    slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : 0.0);
+    slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : shaking);
     if (!(D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others)) return 0;
     set_gain(motion, slow);
     return 1;
@@ -191,6 +245,7 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     scale_series(p->series, rate / p->rate);
     p->rate = rate;
     kr_taylor_set_constants(p->series, motion, rate);
+    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
 /* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST. The
  * powers of the step that follows from this value do not overflow. */
@@ -233,21 +288,24 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
         memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
+    if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
 /* Returns 1 if the motion is near enough to the slow manifold for an expansion to be worthwhile. A
  * difference of angular velocities below `noise` counts as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
+    const double G = KR_HAS_SUPPORTS && slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
     double alone[3];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        alone[i] = -(s->k[i + 1] * w[j] * w[k] + s->up[i + 1] * p[j] + s->down[i + 1] * p[k] +
-                     rotor_torque(s, slow, i)) /
+        const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k];
+        alone[i] = (turning_rate(s, slow, i) -
+                    (s->k[i + 1] * w[j] * w[k] + G * weight + rotor_torque(s, slow, i))) /
                    s->drag[i + 1];
     }
     for (int i = 0; i < 3; i++) {
-        double follows = 0.0;
+        double follows = turning_about(s, slow, i);
         for (int j = 0; j < 3; j++)
             if (slow->gain[i][j] != 0.0) follows += slow->gain[i][j] * alone[j];
         if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), noise))
@@ -285,6 +343,18 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
+/* Returns 0 if the series has no slow manifold, or if the support moves and the angular velocity
+ * alone exceeds the rates of strong damping. Most steps on moving supports end here. */
+static int may_be_slow(const kr_motion *motion)
+{
+    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_series *s = p->series;
+    const double *w = s->end_w + 1, *drag = s->drag + 1;
+    if (s->linear == 0.0 || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
+    if (!KR_HAS_SUPPORTS || s->linear == 1.0) return 1;
+    return -fmin(drag[0], fmin(drag[1], drag[2])) >
+           STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
+}
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 {
     kr_taylor *p = (kr_taylor *)motion->work;
@@ -293,15 +363,14 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     slow_axes slow[3];
     int axes[3];
     *log2_tol = p->log2_tol;
-    const int is_damped_only = p->series->linear == 1.0;
-    if (!is_damped_only || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
+    if (!may_be_slow(motion)) return 0;
     sort_axes_by_damping(motion, axes);
     for (int i = 0; i < 3; i++) {
         if (!take_slow_axes(motion, velocity, axes[i], &slow[i])) continue;
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
     }
-    kr_taylor_set_rate(p, motion, p->first_rate);
+    kr_taylor_set_rate(p, motion, fmax(p->rate, p->first_rate));
     if (strong) *log2_tol = relative_tolerance(p, strong);
     return 0;
 }

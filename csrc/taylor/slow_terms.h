@@ -16,80 +16,111 @@ static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
     for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
     return sum;
 }
+/* Sets coefficient n of G P. */
+static void NAME(pull)(NAME(terms) * s, int n)
+{
+    for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = NAME(product)(s, ROW_G, ROW_P + i, n);
+}
 /* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
 static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    const number weight =
-        add(mul(s->up[axis], s->c[ROW_P + j][n]), mul(s->down[axis], s->c[ROW_P + k][n]));
+    const int p = GP_OF(slow);
+    const number weight = add(mul(s->up[axis], s->c[p + j][n]), mul(s->down[axis], s->c[p + k][n]));
     number sum = add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
     if (!slow->has_rotor) return sum;
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Sets W_n of the slow axes to the values that their torques determine. `follows` are the torques
+/* Sets U_n of the slow axes to the values that their torques determine. `follows` are the torques
  * over the damping, with the rotor's torque for the present W_n. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
+    const int u = U_OF(slow);
     number off[3];
     for (int i = 0; i < 3; i++)
-        if (slow->is_slow[i]) off[i] = minus(follows[i], s->c[ROW_W + i][n]);
+        if (slow->is_slow[i]) off[i] = minus(follows[i], s->c[u + i][n]);
     for (int i = 0; i < 9; i++)
         if (slow->is_slow[i / 3] && slow->is_slow[i % 3])
-            s->c[ROW_W + i / 3][n] =
-                add(s->c[ROW_W + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
+            s->c[u + i / 3][n] =
+                add(s->c[u + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
-/* Sets coefficient n + 1 of the vertical in the body frame. */
-static void NAME(turn_vertical)(NAME(terms) * s, int n)
+/* Sets coefficient n + 1 of a vector that is fixed in space, in the body frame. */
+static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
 {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const number rate = minus(NAME(product)(s, ROW_P + j, ROW_W + k, n),
-                                  NAME(product)(s, ROW_P + k, ROW_W + j, n));
-        s->c[ROW_P + i][n + 1] = over(rate, of(n + 1, 0.0));
+        const number rate =
+            minus(NAME(product)(s, row + j, u + k, n), NAME(product)(s, row + k, u + j, n));
+        s->c[row + i][n + 1] = over(rate, of(n + 1, 0.0));
     }
 }
 /* Sets coefficient n + 1 of the attitude. */
-static void NAME(turn_attitude)(NAME(terms) * s, int n)
+static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
 {
     number rate = of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const number along = NAME(product)(s, ROW_Q, ROW_W + i, n),
-                     across = minus(NAME(product)(s, ROW_Q + 1 + j, ROW_W + k, n),
-                                    NAME(product)(s, ROW_Q + 1 + k, ROW_W + j, n));
-        rate = minus(rate, NAME(product)(s, ROW_Q + 1 + i, ROW_W + i, n));
+        const number along = NAME(product)(s, ROW_Q, u + i, n),
+                     across = minus(NAME(product)(s, ROW_Q + 1 + j, u + k, n),
+                                    NAME(product)(s, ROW_Q + 1 + k, u + j, n));
+        rate = minus(rate, NAME(product)(s, ROW_Q + 1 + i, u + i, n));
         s->c[ROW_Q + 1 + i][n + 1] = over(add(along, across), of(2 * (n + 1), 0.0));
     }
     s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
-/* Makes one iteration: recomputes the coefficients W_n of the slow axes from their equations, and
- * all coefficients that depend on them. Returns the largest change of a W_n with n <= order / 2. */
+/* Sets W_n = O_n + U_n of a slow axis, and U_n of an axis that is not slow. */
+static void NAME(carry)(NAME(terms) * s, const slow_axes *slow, int i, int n)
+{
+    if (U_OF(slow) == ROW_W) return;
+    if (slow->is_slow[i])
+        s->c[ROW_W + i][n] = add(s->c[ROW_O + i][n], s->c[ROW_U + i][n]);
+    else
+        s->c[ROW_U + i][n] = minus(s->c[ROW_W + i][n], s->c[ROW_O + i][n]);
+}
+/* Recomputes the coefficients U_n of the slow axes from their equations. Returns the largest
+ * change. */
+static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
+{
+    const int u = U_OF(slow);
+    number last[3], follows[3];
+    double moved = 0.0;
+    for (int i = 0; i < 3; i++) {
+        last[i] = s->c[u + i][n];
+        if (slow->is_slow[i]) {
+            const number next = mul(of(n + 1, 0.0), s->c[ROW_W + i][n + 1]);
+            follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
+            if (!slow->has_rotor) s->c[u + i][n] = follows[i];
+        }
+        NAME(carry)(s, slow, i, n);
+    }
+    if (slow->has_rotor) NAME(share_rotor)(s, slow, follows, n);
+    for (int i = 0; i < 3; i++) {
+        if (!slow->is_slow[i]) continue;
+        NAME(carry)(s, slow, i, n);
+        moved = fmax(moved, fabs(high(minus(s->c[u + i][n], last[i]))));
+    }
+    return moved;
+}
+/* Makes one iteration: recomputes the coefficients U_n of the slow axes, and all coefficients that
+ * depend on them. Returns the largest change of a U_n with n <= order / 2. */
 static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
-    const int *is_slow = slow->is_slow;
+    const int u = U_OF(slow);
     double moved = 0.0;
     for (int n = 0; n <= order; n++) {
-        number last[3], follows[3];
-        for (int i = 0; i < 3; i++) {
-            number *w = s->c[ROW_W + i];
-            last[i] = w[n];
-            if (!is_slow[i]) continue;
-            const number next = mul(of(n + 1, 0.0), w[n + 1]);
-            follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
-            if (!slow->has_rotor) w[n] = follows[i];
-        }
-        if (slow->has_rotor) NAME(share_rotor)(s, slow, follows, n);
-        for (int i = 0; i < 3 && 2 * n <= order; i++)
-            moved = fmax(moved, fabs(high(minus(s->c[ROW_W + i][n], last[i]))));
+        if (GP_OF(slow) != ROW_P) NAME(pull)(s, n);
+        const double change = NAME(follow)(s, slow, n);
+        if (2 * n <= order) moved = fmax(moved, change);
         if (n == order) break;
         for (int i = 0; i < 3; i++)
-            if (!is_slow[i])
+            if (!slow->is_slow[i])
                 s->c[ROW_W + i][n + 1] =
-                    over(add(NAME(torque)(s, slow, i, n), mul(s->drag[i], s->c[ROW_W + i][n])),
+                    over(add(NAME(torque)(s, slow, i, n), mul(s->drag[i], s->c[u + i][n])),
                          of(n + 1, 0.0));
-        NAME(turn_vertical)(s, n);
+        NAME(turn_back)(s, ROW_P, u, n);
+        if (u != ROW_W) NAME(turn_back)(s, ROW_O, u, n);
     }
     return moved;
 }
@@ -97,8 +128,21 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
+/* Sets the coefficients of G: the constant part, and a cosine. */
+static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
+{
+    number *g = s->c[ROW_G], sine = of(from[0].sway[1], from[1].sway[1]);
+    const number rate = of(from[0].sway[2], from[1].sway[2]);
+    g[0] = of(from[0].sway[0], from[1].sway[0]);
+    for (int n = 1; n <= KR_TAYLOR_MAX; n++) {
+        const number share = over(rate, of(n, 0.0));
+        g[n] = minus(of(0.0, 0.0), mul(share, sine));
+        sine = mul(share, g[n - 1]);
+    }
+    g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
+}
 /* Reads the constants of a series. The values of the series at the end of the step become
- * coefficients 0. Sets all other coefficients to zero. */
+ * coefficients 0. Sets all other coefficients to zero, except those of G. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -117,12 +161,18 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
         s->c[ROW_P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
         s->c[ROW_W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
     }
+    if (KR_HAS_SUPPORTS && slow->turns)
+        for (int i = 0; i < 3; i++) {
+            s->c[ROW_O + i][0] = of(from[0].turn[1 + i], from[1].turn[1 + i]);
+            s->c[ROW_U + i][0] = minus(s->c[ROW_W + i][0], s->c[ROW_O + i][0]);
+        }
+    if (KR_HAS_SUPPORTS && slow->shakes) NAME(sway)(s, from);
 }
 /* Writes all coefficients up to `order` into a series. */
 static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
-        for (int row = 0; row < ROWS; row++) {
+        for (int row = 0; row < ROWS_AT_REST; row++) {
             const number value = s->c[row][n];
             double *hi = row < ROW_P   ? &to[0].x[n][row]
                          : row < ROW_W ? &to[0].x[n][row + 1]
@@ -164,7 +214,7 @@ static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, d
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve)(&s, slow, order);
     if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near)) return 0;
-    for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, n);
+    for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, U_OF(slow), n);
     NAME(write)(&s, order, series);
     return 1;
 }

@@ -395,7 +395,6 @@ static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
-    kr_support_place(p->series, motion, p->rate);
 }
 /* Chooses a shorter unit of time if W exceeds one because a shaken support has added energy. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
@@ -464,17 +463,20 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;
+    double log2_tol = p->log2_tol;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
     /* If friction does not hold the top, lane 0 of W must not shorten the steps. */
     if (rubs && p->sliding == 0.0)
         set_rate(p, motion, p->held_rate);
     else if (rubs)
         set_rate(p, motion, fmax(p->rate, p->first_rate));
+    /* The slow manifold has no terms of friction. */
+    if (!rubs && kr_slow_step(motion, kernel, &log2_tol)) return KR_OK;
     keep_velocity_small(p, motion);
     if (rubs) set_mode(p, motion);
     s[1].t = s[1].end;
     s[1].end = 0.0;
-    kernel->advance(s, p->log2_tol, forward);
+    kernel->advance(s, log2_tol, forward);
     kr_support_place(s, motion, p->rate);
     if (rubs) end_step_by_friction(p, motion, kernel);
     return KR_OK;

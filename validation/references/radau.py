@@ -1,9 +1,11 @@
 """A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
 
 The angular velocity w in the body frame, the damping D and the momentum h of rotors are taken along
-the principal axes:
+the principal axes. The support turns with O, and shakes so that gravity, relative to that of the
+lever, is g:
 
-    J w' = (J w + h) x w + (q* e3 q) x lever - D w,    q' = q w / 2
+    J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
+    g = 1 - amplitude rate^2 cos(rate t + phase)
 
 The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
 section IV.5). The method damps the fast modes at any step size, so the steps follow the slow
@@ -26,6 +28,7 @@ EPS = float(np.finfo(Real).eps)
 GROWTH = 3.0  # largest ratio of successive steps
 NEGLIGIBLE = 1e-12
 TOL, FINER_TOL = 1e-15, 1e-16
+NONE, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 @cache
@@ -67,7 +70,8 @@ def real(x):
 class TopEquations:
     """The seven differential equations for q and w of a top in its principal axes."""
 
-    def __init__(self, problem, rotor=(0.0, 0.0, 0.0)):
+    def __init__(self, problem, rotor=NONE, turning=NONE, shaking=NONE):
+        self.turning, self.shaking = np.array(turning, Real), np.array(shaking, Real)
         self.rotor = np.array(rotor, Real)
         self.inertia = np.array(problem.inertia, Real)
         self.lever = np.array(problem.lever, Real)
@@ -75,41 +79,52 @@ class TopEquations:
         self.start = np.array([real(x) for x in start_state(problem)])
         self.start[4:] -= self.rotor / self.inertia
 
-    def rates(self, states):
-        """Return the derivatives of `states`, an array (n, 7)."""
+    def levers(self, times):
+        """Return the levers at `times`, for gravity as seen from the shaken support, (n, 3)."""
+        amplitude, rate, phase = self.shaking
+        return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
+
+    def rates(self, states, times):
+        """Return the derivatives of `states`, an array (n, 7), at `times`, (n,)."""
         q, w = states[:, :4], states[:, 4:]
-        up = vertical_of(q)
         own = self.inertia * w + self.rotor
-        torque = np.cross(own, w) + np.cross(up, self.lever) - self.damping * w
+        torque = np.cross(own, w) + np.cross(fixed_in_space(q, Z), self.levers(times))
+        torque -= self.damping * (w - fixed_in_space(q, self.turning))
         turn = np.empty_like(q)
-        turn[:, 0] = -(q[:, 1:] * w).sum(1)
-        turn[:, 1:] = q[:, :1] * w + np.cross(q[:, 1:], w)
+        turn[:, 0] = -(q[:, 1:] * (w - self.turning)).sum(1)
+        turn[:, 1:] = q[:, :1] * (w - self.turning) + np.cross(q[:, 1:], w + self.turning)
         return np.concatenate([turn / 2, torque / self.inertia], axis=1)
 
-    def jacobians(self, states):
+    def jacobians(self, states, times):
         """Return the derivatives of the rates in double precision, an array (n, 7, 7)."""
-        states = states.astype(float)
-        inertia, lever = self.inertia.astype(float), self.lever.astype(float)
+        states, turning = states.astype(float), self.turning.astype(float)
+        inertia, damping = self.inertia.astype(float), self.damping.astype(float)
+        levers = self.levers(times).astype(float)
         found = np.zeros((len(states), SIZE, SIZE))
         for k in range(4):  # central differences are exact for products of two variables
             step = np.zeros(4)
             step[k] = 1.0
-            up = vertical_of(states[:, :4] + step) - vertical_of(states[:, :4] - step)
-            found[:, 4:, k] = np.cross(up / 2, lever) / inertia
+            up, own = (
+                (fixed_in_space(states[:, :4] + step, v) - fixed_in_space(states[:, :4] - step, v))
+                / 2
+                for v in (Z, turning)
+            )
+            found[:, 4:, k] = (np.cross(up, levers) + damping * own) / inertia
         q, w = states[:, :4], states[:, 4:]
-        found[:, 0, 1:4], found[:, 1:4, 0] = -w / 2, w / 2
-        found[:, 1:4, 1:4] = -cross_matrix(w) / 2
+        found[:, 0, 1:4], found[:, 1:4, 0] = (turning - w) / 2, (w - turning) / 2
+        found[:, 1:4, 1:4] = -cross_matrix(w + turning) / 2
         found[:, 0, 4:] = -q[:, 1:] / 2
         found[:, 1:4, 4:] = (q[:, :1, None] * np.eye(3) + cross_matrix(q[:, 1:])) / 2
         push = cross_matrix(inertia * w + self.rotor.astype(float)) - cross_matrix(w) * inertia
-        found[:, 4:, 4:] = (push - np.diag(self.damping.astype(float))) / inertia[:, None]
+        found[:, 4:, 4:] = (push - np.diag(damping)) / inertia[:, None]
         return found
 
 
-def vertical_of(q):
-    """Return q* e3 q for quaternions in rows, which may have any norm."""
-    w, x, y, z = q.T
-    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z], 1)
+def fixed_in_space(q, v):
+    """Return q* v q for quaternions in rows, which may have any norm."""
+    size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
+    along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
+    return size + along - 2 * q[:, :1] * np.cross(q[:, 1:], v)
 
 
 def cross_matrix(v):
@@ -119,15 +134,16 @@ def cross_matrix(v):
     return found - found.transpose(0, 2, 1)
 
 
-def solve_stages(top, start, step):
-    """Return the states at the nodes of one step, or None if Newton's method fails."""
+def solve_stages(top, start, t, step):
+    """Return the states at the nodes of a step from `t`, or None if Newton's method fails."""
     matrix, _ = radau_table()
+    times = t + step * matrix.sum(1)
     stages = np.tile(start, (STAGES, 1))
     before = np.inf
     for _ in range(NEWTON_MOST):
-        slopes = top.rates(stages)
+        slopes = top.rates(stages, times)
         residual = start + step * (matrix @ slopes) - stages
-        blocks = top.jacobians(stages)
+        blocks = top.jacobians(stages, times)
         system = np.eye(STAGES * SIZE) - float(step) * np.einsum(
             "ij,jab->iajb", matrix.astype(float), blocks
         ).reshape(STAGES * SIZE, STAGES * SIZE)
@@ -148,18 +164,19 @@ def first_step(top):
     return Real(0.1) / max(rate, fall)
 
 
-def integrate(problem, times, tol=TOL, rotor=(0.0, 0.0, 0.0)):
+def integrate(problem, times, tol=TOL, **effects):
     """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
 
-    `tol` bounds the neglected terms of each step, relative to the state. `rotor` is the momentum of
-    rotors in principal axes. Raises ArithmeticError if the steps become too small.
+    `tol` bounds the neglected terms of each step, relative to the state. The effects are
+    `rotor`, the momentum of rotors in principal axes, `turning`, in the space frame, and
+    `shaking`, the amplitude over gravity, the rate and the phase. Raises ArithmeticError if the steps become too small.
     """
-    top, (_, last) = TopEquations(problem, rotor), radau_table()
+    top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
     for end in map(Real, times):
         while t < end:
             h = min(step, end - t)
-            taken = solve_stages(top, state, h)
+            taken = solve_stages(top, state, t, h)
             error = np.inf if taken is None else truncation_size(top, last @ taken, taken)
             if error > tol:
                 step = h / 4 if taken is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
