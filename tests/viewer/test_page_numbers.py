@@ -122,8 +122,8 @@ def test_too_little_spin_for_steady_precession_is_told(page):
 
 
 @pytest.mark.parametrize("preset", ALL, **NAMES)
-def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page, preset):
-    assert len(preset["exercises"]) == 3
+def test_each_preset_has_things_to_try_and_all_numbers_are_filled_in(page, preset):
+    assert len(preset["exercises"]) >= 3
     page.evaluate(
         """name => {
         kreisel.page.load(kreisel.presets.find((preset) => preset.name === name));
@@ -158,7 +158,8 @@ def test_doubled_spin_halves_the_precession(page):
     "preset, ask, course",
     [
         ("A spinning top", None, "loops"),
-        ("A spinning top", "Why does it not fall?", "cusps"),
+        ("A spinning top", "Why does it not fall?", "steady"),
+        ("A spinning top", "Without spin", "pendulum"),
         ("Cusps", None, "cusps"),
         ("Cusps", "Push it forward", "waves"),
         ("Cusps", "Push it back", "loops"),
@@ -245,7 +246,7 @@ def test_letters_stand_at_the_arrows_and_circles(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     letters = page.locator(".labels span:not([hidden])").all_inner_texts()
-    assert letters == ["m", "ω", "p", "highest 30.0°", "lowest 48.6°"]
+    assert letters == ["momentum m", "rotation axis ω", "vertical p", "highest 30.0°", "lowest 48.6°"]
     where = page.evaluate("""[...document.querySelectorAll('.labels span:not([hidden])')].map(
         (span) => span.style.transform.match(/[\\d.]+/g).map(Number))""")
     assert where[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)
