@@ -118,6 +118,21 @@ def test_too_little_spin_for_steady_precession_is_told(page):
     assert read_scene(page) == before
 
 
+def test_slow_precession_is_the_slow_one_for_either_sign_of_the_spin(page):
+    for kind in ("slow", "fast"):
+        rates = []
+        for spin in (22, -22):
+            load(page, "A spinning top", start={"tilt": 30, "spin": spin, "precession": kind})
+            rates.append(kr.exact(scene_in_python(read_scene(page))).precession)
+        assert rates[0] == pytest.approx(-rates[1], rel=1e-9)
+        # the roots of I1 W^2 cos - I3 spin W + mass gravity height = 0
+        body = scene_in_python(read_scene(page)).body
+        across, along = np.sort(body.moments)[[1, 0]]
+        cos, torque = np.cos(np.pi / 6), body.mass * 4 * np.linalg.norm(body.com)
+        roots = np.roots([across * cos, -along * 22, torque])
+        assert rates[0] == pytest.approx((min if kind == "slow" else max)(roots), rel=1e-9)
+
+
 # Numbers in the texts
 
 
