@@ -261,7 +261,13 @@ def test_letters_stand_at_the_arrows_and_circles(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     letters = page.locator(".labels span:not([hidden])").all_inner_texts()
-    assert letters == ["momentum m", "rotation axis ω", "vertical p", "highest 30.0°", "lowest 48.6°"]
+    assert letters == [
+        "momentum m",
+        "rotation axis ω",
+        "vertical p",
+        "highest 30.0°",
+        "lowest 48.6°",
+    ]
     where = page.evaluate("""[...document.querySelectorAll('.labels span:not([hidden])')].map(
         (span) => span.style.transform.match(/[\\d.]+/g).map(Number))""")
     assert where[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)

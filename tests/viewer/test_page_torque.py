@@ -97,8 +97,10 @@ def test_axis_and_torque_are_seen_at_length_at_the_start(page, spin):
     page.evaluate("kreisel.view.moveHome()")
     for t in (0, 0.5, 1):
         advance(page, t)
-        towards = np.array(page.evaluate("""(({camera, orbit}) =>
-            camera.position.clone().sub(orbit.target).normalize().toArray())(kreisel.view)"""))
+        towards = np.array(
+            page.evaluate("""(({camera, orbit}) =>
+            camera.position.clone().sub(orbit.target).normalize().toArray())(kreisel.view)""")
+        )
         for name in ("m", "torque"):
             _, arrow = read_arrow(page, name)
             seen = np.linalg.norm(np.cross(arrow, towards)) / np.linalg.norm(arrow)
@@ -117,14 +119,14 @@ def test_labels_keep_off_the_torque(page):
         points = np.linspace(begin, end, 20)
         for words in ("momentum m", "torque"):
             box = page.locator(".labels .arrow", has_text=words).bounding_box()
-            low = np.array([box["x"], box["y"]])
-            inside = (points > low) & (points < low + [box["width"], box["height"]])
+            low, size = np.array([box["x"], box["y"]]), np.array([box["width"], box["height"]])
+            inside = (points > low) & (points < low + size)
             assert not inside.all(axis=1).any(), (words, t)
 
 
 def test_rule_of_fast_tops_is_compared_with_the_mean_precession(page):
     load(page, "A spinning top")
-    assert not "fast-top rule" in read_numbers(page)
+    assert "fast-top rule" not in read_numbers(page)
     click_exercise(page, WITHOUT_SPIN)
     assert "fast-top rule" not in read_numbers(page)
     click_exercise(page, WHY)
