@@ -1,4 +1,4 @@
-// Exercises: each preset has three variations with a title and a text. Numbers in texts are
+// Exercises: each preset has variations with a title and a text. Numbers in texts are
 // computed from the closed form: "{round}" for the scene, "{round before}" for the preset.
 import { html } from "lit-html";
 import { computeLimits, makeBody } from "./core.js";
@@ -63,6 +63,21 @@ export function makeExerciseScene(preset, { text, ...changes }) {
   if (changes.momentum || changes.attitude) delete scene.start;
   scene.show = { ...preset.show, ...changes.show };
   return scene;
+}
+
+// Return the exercise that a scene was made from, or undefined.
+export const findExercise = ({ name, about }) =>
+  findPreset({ name })?.exercises?.find(({ text }) => text === about);
+const START_KEYS = ["attitude", "momentum", "second"];
+const hasSameStart = (one, other) =>
+  START_KEYS.every((key) => JSON.stringify(one[key]) === JSON.stringify(other[key]));
+// Return the words for where the start of the scene comes from.
+export function describeStart({ scene, origin }) {
+  if (scene.taken !== null) return `the motion at t = ${scene.taken.toFixed(2)} s`;
+  if (!hasSameStart(scene, origin)) return "changed by hand";
+  const exercise = findExercise(origin);
+  const isChanged = exercise && !hasSameStart(scene, completeScene(findPreset(origin)));
+  return isChanged ? `changed by “${exercise.title}”` : "as given";
 }
 
 // Render the buttons of the current preset.

@@ -3,6 +3,7 @@ import { html, render } from "lit-html";
 
 const GAP = 20; // between two labels, in pixels
 const [ABOVE, BELOW] = [10, 12]; // of a label, from its position to its ends
+const MARGIN = 8; // from a label to the position on its right
 const isHigher = (a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0);
 
 export class Labels {
@@ -38,14 +39,14 @@ export class Labels {
     if (this.picture) this.placeLabels(...this.picture);
   }
   // Replace all labels. Each has its text, a colour or "", and `at`, which returns its position in
-  // pixels or null. `times` scales their size.
+  // pixels, and whether it stands to the left of it, or null. `times` scales their size.
   setLabels(all, times = 1) {
     const label = ({ words, colour, about = "" }) =>
       html`<span class=${colour && "arrow"} title=${about}
-        style="color: ${colour}">${words}</span>`;
+        style=${colour && `color: color-mix(in srgb, ${colour} 80%, light-dark(#000, #fff))`}>${words}</span>`;
     render(all.map(label), this.container);
     const spans = this.container.children;
-    const wide = ({ words }) => times * (7 * words.length + 12);
+    const wide = ({ words, colour }) => times * ((colour ? 12 : 7) * words.length + 12);
     this.all = all.map((each, i) => ({ span: spans[i], at: each.at, wide: wide(each) }));
     this.gap = times * GAP;
   }
@@ -59,7 +60,9 @@ export class Labels {
     const placed = this.all.map((label) => ({ ...label, place: label.at() }));
     for (const { span, place, wide } of placed.sort(isHigher)) {
       const isInside = place && place[0] > 4 && place[0] < width - 8 && place[1] > 4;
-      const x = isInside && Math.min(place[0], width - wide);
+      const isLeft = isInside && place[2] && place[0] > wide + MARGIN;
+      const right = isInside && Math.min(place[0], width - wide);
+      const x = isLeft ? place[0] - wide - MARGIN : right;
       let y = isInside && place[1];
       const meets = ([a, b, w]) => a < x + wide && x < a + w && Math.abs(b - y) < gap;
       const isOver = () => (x < corner[0] && y < corner[1] + gap / 2) || taken.some(meets);
@@ -69,7 +72,8 @@ export class Labels {
       span.hidden = !isInside || y > height - covered - 16 || this.texts.some(isUnder);
       if (span.hidden) continue;
       taken.push([x, y, wide]);
-      span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      const across = isLeft ? `calc(${place[0].toFixed(1)}px - 100% - 1.2em)` : `${x.toFixed(1)}px`;
+      span.style.transform = `translate(${across}, ${y.toFixed(1)}px)`;
     }
   }
 }

@@ -110,6 +110,7 @@ export function makeArrow(color, radius, opacity = 1, depthTest = false) {
   group.add(shaft, tip, target);
   group.tip = target; // larger than the visible tip, for fingers
   group.colour = color;
+  group.hasLength = () => shaft.visible;
   group.getEnd = () => tip.getWorldPosition(makeVector());
   group.pointTo = (...v) => {
     const [direction, length] = [makeVector(...v), Math.hypot(...v) || 1e-9];

@@ -6,7 +6,7 @@ import { findMeasure, simulation } from "./core.js";
 import { saveText } from "./storage.js";
 import presets from "./presets.json";
 import { getValue } from "./setters.js";
-import { describeScene, renderExercises } from "./exercises.js";
+import { describeScene, describeStart, findExercise, renderExercises } from "./exercises.js";
 import { renderThumbnails, showThumbnail } from "./thumbnails.js";
 import { toPython } from "./text_export.js";
 
@@ -159,20 +159,19 @@ export class Panel {
   renderHeader() {
     const { page } = this;
     const known = findPresetNumber(page.scene.name);
+    const { title } = findExercise(page.scene) ?? {};
     return html`<header>
       ${renderThumbnails(known, this.choosePreset)}
       <h2 id="preset">${known < 0 ? "" : known + 1} ${page.scene.name}</h2>
-      <p id="about">${describeScene(page)}</p>
-      ${this.renderStart()}
+      <div id="about">${title ? html`<h3>${title}</h3>` : ""}<p>${describeScene(page)}</p></div>
       ${renderExercises(page, this.choosePreset)}
+      ${this.renderStart()}
     </header>`;
   }
   // Render the origin of the start.
   renderStart() {
     const { page } = this;
-    const { taken } = page.scene;
-    const from = taken === null ? "as given" : `the motion at t = ${taken.toFixed(2)} s`;
-    return html`<p id="start">Start: ${from}</p><div class="row">
+    return html`<p id="start">Start: ${describeStart(page)}</p><div class="row">
       ${renderButton("Start from this moment", () => page.startFromNow(), nothing, !page.clock)}
       ${renderButton("Reset", () => page.reset(), "0")}</div>`;
   }

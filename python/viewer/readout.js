@@ -56,7 +56,7 @@ export class Readout {
     const turns = (simulation.getState(i)[0] * spin) / (2 * Math.PI);
     const since = "about its own axis, since the start";
     if (limits)
-      lines.push(["turns", formatKnown(turns, Math.abs(turns).toFixed(1)), "", "", since]);
+      lines.push(["turns", formatKnown(turns, Math.abs(turns).toFixed(1)), "", "of the spin", since]);
     const item = ([name, value, unit, note, about, colour = ""]) =>
       html`<div title=${about} class=${name}><dt>${name}</dt>
         <dd class="value" data-unit=${unit} style="color: ${colour}">${value}</dd>
@@ -101,14 +101,16 @@ function describeLimits({ limits, method }) {
 function describeRule({ body, scene }, spin, { precession }) {
   const { mass, moments, com, rotor } = body;
   const axis = com.findIndex((x) => x !== 0);
-  if (axis < 0 || !scene.gravity) return [];
   const axial = moments[axis] * spin + rotor[axis] * Math.sign(com[axis]);
+  if (!scene.gravity || !(Math.abs(precession) > 0) || !(Math.abs(axial) > 1e-9)) return [];
   const rule = (mass * scene.gravity * Math.abs(com[axis])) / axial;
   const percent = 100 * (rule / precession - 1);
   const side = percent < 0 ? "below" : "above";
-  const words = `${Math.abs(percent).toFixed(1)} % ${side} the mean precession`;
-  const about = "torque of the weight over angular momentum: the precession of a fast top";
-  return [["Mgl / I₃ω₃", formatShort(rule), " rad/s", words, about]];
+  const words = `Mgl / I₃ω₃: ${Math.abs(percent).toFixed(1)} % ${side} the mean precession`;
+  const about =
+    "For fast tops, the precession is the torque of the weight, M g l with a level axis, " +
+    "over the angular momentum about the axis, I₃ω₃";
+  return [["fast-top rule", formatShort(rule), " rad/s", words, about]];
 }
 const describeCriticalSpin = (limits, tilt) =>
   limits?.critical && tilt < NEAR ? `critical ${formatShort(limits.critical)}` : "";

@@ -24,7 +24,8 @@ export function computeStart({ body, gravity, rotor, turning = [0, 0, 0] }, star
     throw new Error("there is no steady precession on a support that turns in this way");
   // Rates as seen from the inertial frame.
   const [axial, torque] = [along * (start.spin + about * cos) + made.rotor[2], mass * gravity * com[2]];
-  const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);
+  const size = Math.sqrt(axial * axial - 4 * across * cos * torque);
+  const root = axial < 0 ? axial - size : axial + size;
   const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };
   const rate = steady[start.precession] ?? (start.precession ?? 0) + about;
   if (Number.isNaN(rate)) throw new Error("there is no steady precession at this tilt and spin");

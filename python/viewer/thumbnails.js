@@ -76,8 +76,15 @@ export function renderThumbnails(known, choosePreset) {
     html`<label><input type="radio" name="preset" aria-label=${preset.name} .checked=${i === known}
       @change=${() => choosePreset(preset)}><svg viewBox=${areDrawn ? pictures[i].box : nothing}
       aria-hidden="true" .innerHTML=${areDrawn ? pictures[i].content : ""}></svg>${preset.name}</label>`;
-  return html`<div id="presets" role="radiogroup" aria-label="What to look at">
-    ${presets.map(renderChoice)}</div>`;
+  return html`<div class="strip"><div id="presets" role="radiogroup" aria-label="What to look at">
+    ${presets.map(renderChoice)}</div>
+    <button aria-label="More scenes" data-tip="More scenes" @click=${scrollStrip}>▸</button></div>`;
+}
+// Scroll the strip on by its width, from its end to its beginning.
+function scrollStrip() {
+  const strip = document.getElementById("presets");
+  const { scrollLeft, scrollWidth, clientWidth } = strip;
+  strip.scrollLeft = scrollLeft + clientWidth < scrollWidth - 1 ? scrollLeft + 0.8 * clientWidth : 0;
 }
 // Scroll the strip to the current preset.
 export function showThumbnail(known) {

@@ -51,7 +51,7 @@ export class Toolbar {
   }
 }
 const renderButton = (sign, name, key, act, { pressed = nothing, off = false } = {}) =>
-  html`<button aria-label=${name} title="${name} (${key.split(" ")[0]})" aria-pressed=${pressed}
+  html`<button aria-label=${name} data-tip="${name} (${key.split(" ")[0]})" aria-pressed=${pressed}
     aria-keyshortcuts=${key} ?disabled=${off} @click=${act}>${sign}</button>`;
 function toggleFullScreen() {
   if (document.fullscreenElement) document.exitFullscreen();

@@ -28,9 +28,13 @@ const SIDES = [
   new THREE.Vector3(0, -1e-3, 1),
 ];
 const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
+const BELOW = 24; // from an arrow to a label below it [pixels]
+const ASIDE = (2 * Math.PI) / 3; // from a leaning axis to the camera, about the vertical
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
-const [WEIGHT, TORQUE, ROTOR] = ["#6b7280", "#b45309", "#7c3aed"]; // colours
+const [TORQUE, ROTOR] = ["#b45309", "#7c3aed"]; // colours
+const WEIGHTS = ["#111827", "#f3f4f6"]; // on light and dark ground; both stand out from a red top
 const [WEIGHT_LENGTH, TORQUE_LENGTH] = [1.1, 1.5]; // in the picture; of a horizontal lever
+const VERTICAL = "the vertical, as long as gravity is strong";
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
 const LYING_ROOM = 1.2; // in front of a top that may lie on the floor
@@ -88,6 +92,9 @@ export class View {
   // Take the background colour of the page.
   updateBackground() {
     this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
+  }
+  isDark() {
+    return this.world.background.r < 0.2;
   }
   setSize(w, h) {
     if (w === this.pixels?.[0] && h === this.pixels[1]) return;
@@ -175,7 +182,22 @@ export class View {
     const long = this.isArrowVisible ? now : momentum;
     this.momentumZoom = (this.isRevolution ? 3 : 3.2) / long;
     this.velocityZoom = (this.isRevolution ? 3.35 : 2.4) / velocity;
+    this.home = this.chooseHome();
     this.isNew = true;
+  }
+  // Return the direction of the camera at home. With the torque shown, the axis leans aside and
+  // away at the start, so that axis, m and torque are all seen at length as the axis precesses.
+  chooseHome() {
+    const { show, attitude, momentum, gravity } = this.page.scene;
+    const { axes, com } = this.page.body;
+    const axis = new THREE.Vector3(...com).applyQuaternion(toQuaternion(axes));
+    axis.applyQuaternion(toQuaternion(attitude));
+    const spin = axis.dot(new THREE.Vector3(...momentum));
+    axis.setZ(0);
+    if (!show.torque || axis.length() < 0.05 * this.bodySize) return HOME;
+    const turn = spin * gravity < 0 ? ASIDE : -ASIDE;
+    const level = Math.hypot(HOME.x, HOME.y);
+    return axis.setLength(level).applyAxisAngle(HOME.clone().set(0, 0, 1), turn).setZ(HOME.z);
   }
   // Move the camera to the home position, which shows everything from the floor to the top of the
   // sphere. It adapts to the window until the user moves the camera.
@@ -193,7 +215,7 @@ export class View {
     const distance = Math.max((far + more) / free, away);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.isRevolution ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * distance;
-    const from = this.sides > 1 ? FRONT : HOME;
+    const from = this.sides > 1 ? FRONT : this.home;
     this.cameras[0].position.copy(from).setLength(distance).add(this.orbit.target);
     this.cameras[1].position.set(0, -12, 0).add(this.orbit.target);
     this.cameras[1].zoom = 12.6 / distance;
@@ -207,7 +229,7 @@ export class View {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
     }
-    this.floor.setHeight(height, this.world.background.r < 0.2);
+    this.floor.setHeight(height, this.isDark());
     this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
     this.floor.castShadows(this.tops.filter((top) => top.role === "thick"));
   }
@@ -267,7 +289,7 @@ export class View {
     parts.p = makeArrow("#7c8698", 0.02, 0.6);
     parts.drops = makeDropLines();
     parts.stand = makeStand(-this.floor.height);
-    parts.weight = makeArrow(WEIGHT, 0.02);
+    parts.weight = makeArrow(WEIGHTS[+this.isDark()], 0.02);
     parts.torque = makeArrow(TORQUE, 0.028);
     parts.h = makeArrow(ROTOR, 0.04);
     parts.momentumTrace = makeMomentumTrace("#0d9678");
@@ -379,17 +401,30 @@ export class View {
   // Return the labels of a top: at its arrows, circles and name.
   listLabels(top) {
     if (top.role !== "thick") return [];
-    const nameArrow = (words, arrow, about) => {
-      const place = () => arrow.visible && this.project(arrow.getEnd());
-      return { words, colour: arrow.colour, about, at: place };
+    const { m, torque } = top;
+    const nameArrow = (words, arrow, about, colour = arrow.colour) => {
+      const place = () => {
+        if (!arrow.visible || !arrow.hasLength()) return null;
+        const [x, y] = this.project(arrow.getEnd());
+        if (!torque.visible || (arrow !== m && arrow !== torque)) return [x, y];
+        // The torque begins at the tip of m: its label stands beyond its tip, that of m opposite,
+        // or below both arrows where they point to the same side.
+        const other = this.project((arrow === m ? torque : m).getEnd())[0];
+        if (arrow === torque) return [x, y, other > x];
+        const begin = this.project(top.group.position);
+        const isAlong = (x - begin[0]) * (other - x) > 0 && Math.abs(x - begin[0]) > begin[1] - y;
+        return isAlong ? [x, y + BELOW, other < x] : [x, y, other >= x];
+      };
+      return { words, colour, about, at: place };
     };
+    const isAlone = this.sides === 1; // two tops have no room for words
     return [
-      nameArrow("m", top.m, "angular momentum"),
-      nameArrow("ω", top.w, "angular velocity"),
-      nameArrow("p", top.p, "the vertical, as long as gravity is strong"),
+      nameArrow(isAlone ? "momentum m" : "m", m, "angular momentum"),
+      nameArrow(isAlone ? "rotation axis ω" : "ω", top.w, "angular velocity"),
+      nameArrow(isAlone ? "vertical p" : "p", top.p, VERTICAL, "var(--faint)"),
       nameArrow("h", top.h, "momentum of the rotor"),
       nameArrow("weight", top.weight, "the weight, at the centre of mass"),
-      nameArrow("torque", top.torque, this.describeTorque()),
+      nameArrow("torque", torque, this.describeTorque()),
       ...this.listCircleLabels(top),
       ...this.listNames(top),
     ];
@@ -413,7 +448,7 @@ export class View {
     if (!limits) return [];
     const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
     const side = (angle) => () => {
-      if (!sphere.visible) return null;
+      if (!sphere.visible || this.page.scene.show.torque) return null;
       if (Math.sin(angle) < 0.02) return null; // the circle is a point
       const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0).setZ(0);
       right.setLength(Math.sin(angle)).setZ(Math.cos(angle));

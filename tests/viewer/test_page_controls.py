@@ -193,6 +193,35 @@ def test_buttons_and_keys(page):
     assert read_scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
 
 
+def test_buttons_with_a_sign_alone_are_named_on_hover(page):
+    read = """(button) => {
+        const {display, content} = getComputedStyle(button, '::after');
+        return [display, content];
+    }"""
+    for button in page.locator("#bar button, .strip button").all():
+        if button.is_disabled():
+            continue
+        name = button.get_attribute("aria-label")
+        button.hover()
+        display, words = button.evaluate(read)
+        assert display == "block" and name in words
+        page.mouse.move(300, 300)
+        assert button.evaluate(read)[0] == "none"
+
+
+def test_the_strip_of_scenes_scrolls_by_a_button(page):
+    place = "document.getElementById('presets').scrollLeft"
+    page.evaluate(f"{place} = 0")
+    places = [0]
+    for _ in range(40):
+        page.get_by_role("button", name="More scenes").click()
+        places.append(page.evaluate(place))
+        if places[-1] == 0:
+            break
+    assert places[-1] == 0 and len(places) > 4
+    assert all(np.diff(places[:-1]) > 0)
+
+
 @pytest.mark.parametrize("preset", ["Fast precession", "Kowalewski", "Sleeping top"])
 def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
     load(page, preset)

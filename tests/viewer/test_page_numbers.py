@@ -118,12 +118,27 @@ def test_too_little_spin_for_steady_precession_is_told(page):
     assert read_scene(page) == before
 
 
+def test_slow_precession_is_the_slow_one_for_either_sign_of_the_spin(page):
+    for kind in ("slow", "fast"):
+        rates = []
+        for spin in (22, -22):
+            load(page, "A spinning top", start={"tilt": 30, "spin": spin, "precession": kind})
+            rates.append(kr.exact(scene_in_python(read_scene(page))).precession)
+        assert rates[0] == pytest.approx(-rates[1], rel=1e-9)
+        # the roots of I1 W^2 cos - I3 spin W + mass gravity height = 0
+        body = scene_in_python(read_scene(page)).body
+        across, along = np.sort(body.moments)[[1, 0]]
+        cos, torque = np.cos(np.pi / 6), body.mass * 4 * np.linalg.norm(body.com)
+        roots = np.roots([across * cos, -along * 22, torque])
+        assert rates[0] == pytest.approx((min if kind == "slow" else max)(roots), rel=1e-9)
+
+
 # Numbers in the texts
 
 
 @pytest.mark.parametrize("preset", ALL, **NAMES)
-def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page, preset):
-    assert len(preset["exercises"]) == 3
+def test_each_preset_has_things_to_try_and_all_numbers_are_filled_in(page, preset):
+    assert len(preset["exercises"]) >= 3
     page.evaluate(
         """name => {
         kreisel.page.load(kreisel.presets.find((preset) => preset.name === name));
@@ -158,7 +173,8 @@ def test_doubled_spin_halves_the_precession(page):
     "preset, ask, course",
     [
         ("A spinning top", None, "loops"),
-        ("A spinning top", "Why does it not fall?", "cusps"),
+        ("A spinning top", "Why does it not fall?", "steady"),
+        ("A spinning top", "Without spin", "pendulum"),
         ("Cusps", None, "cusps"),
         ("Cusps", "Push it forward", "waves"),
         ("Cusps", "Push it back", "loops"),
@@ -245,7 +261,13 @@ def test_letters_stand_at_the_arrows_and_circles(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     letters = page.locator(".labels span:not([hidden])").all_inner_texts()
-    assert letters == ["m", "ω", "p", "highest 30.0°", "lowest 48.6°"]
+    assert letters == [
+        "momentum m",
+        "rotation axis ω",
+        "vertical p",
+        "highest 30.0°",
+        "lowest 48.6°",
+    ]
     where = page.evaluate("""[...document.querySelectorAll('.labels span:not([hidden])')].map(
         (span) => span.style.transform.match(/[\\d.]+/g).map(Number))""")
     assert where[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)

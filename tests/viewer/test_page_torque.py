@@ -3,10 +3,18 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import PRESETS, advance, load, read_scene, read_states, scene_in_python
+from browser import (
+    PRESETS,
+    advance,
+    load,
+    read_record,
+    read_scene,
+    read_states,
+    scene_in_python,
+)
 from test_page_numbers import click_exercise, read_numbers
 
-WHY = "Why does it not fall?"
+WHY, WITHOUT_SPIN = "Why does it not fall?", "Without spin"
 TOP = "kreisel.view.tops[0]"
 
 
@@ -67,19 +75,70 @@ def test_path_of_m_is_level_and_that_of_python(page):
     assert np.ptp(points[:, 2]) < 1e-6 < np.ptp(points[:, 0])
 
 
+def test_a_top_with_spin_keeps_its_tilt_and_one_without_falls(page):
+    load(page, "A spinning top")
+    click_exercise(page, WHY)
+    assert read_visible(page, "m", "w", "p", "torque") == [True, False, False, True]
+    advance(page, 8)
+    tilts = np.degrees(read_record(page, 0, "nutation"))
+    assert tilts == pytest.approx(np.full(len(tilts), 30), abs=1e-6)
+    click_exercise(page, WITHOUT_SPIN)
+    assert read_states(page)[0][5:] == [0, 0, 0]
+    advance(page, 8)
+    assert np.degrees(read_record(page, 0, "nutation")).max() > 170
+
+
+@pytest.mark.parametrize("spin", [22, -22])
+def test_axis_and_torque_are_seen_at_length_at_the_start(page, spin):
+    load(page, "A spinning top")
+    click_exercise(page, WHY)
+    start = {"tilt": 30, "spin": spin, "precession": "slow"}
+    page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
+    page.evaluate("kreisel.view.moveHome()")
+    for t in (0, 0.5, 1):
+        advance(page, t)
+        towards = np.array(
+            page.evaluate("""(({camera, orbit}) =>
+            camera.position.clone().sub(orbit.target).normalize().toArray())(kreisel.view)""")
+        )
+        for name in ("m", "torque"):
+            _, arrow = read_arrow(page, name)
+            seen = np.linalg.norm(np.cross(arrow, towards)) / np.linalg.norm(arrow)
+            assert seen > (0.85 if name == "m" else 0.55), (name, t, seen)
+
+
+def test_labels_keep_off_the_torque(page):
+    load(page, "A spinning top")
+    click_exercise(page, WHY)
+    for t in np.arange(0, 8, 0.5):
+        advance(page, t)
+        page.evaluate("kreisel.view.render()")
+        assert not page.locator(".labels span:visible", has_text="°").count()
+        begin, end = page.evaluate(f"""[{TOP}.m, {TOP}.torque].map((arrow) =>
+            kreisel.view.project(arrow.getEnd()))""")
+        points = np.linspace(begin, end, 20)
+        for words in ("momentum m", "torque"):
+            box = page.locator(".labels .arrow", has_text=words).bounding_box()
+            low, size = np.array([box["x"], box["y"]]), np.array([box["width"], box["height"]])
+            inside = (points > low) & (points < low + size)
+            assert not inside.all(axis=1).any(), (words, t)
+
+
 def test_rule_of_fast_tops_is_compared_with_the_mean_precession(page):
     load(page, "A spinning top")
-    assert not any("I₃" in name for name in read_numbers(page))
+    assert "fast-top rule" not in read_numbers(page)
+    click_exercise(page, WITHOUT_SPIN)
+    assert "fast-top rule" not in read_numbers(page)
     click_exercise(page, WHY)
     top = kr.exact(scene_in_python(read_scene(page)))
     body, spin = top.scene.body, page.evaluate("kreisel.simulation.measureTop(0).spin")
     moment = body.moments[np.argmax(np.abs(body.principal_com))]
     rule = body.mass * top.scene.gravity * np.linalg.norm(body.com) / (moment * spin)
-    value, note = read_numbers(page)["Mgl / I₃ω₃"]
+    value, note = read_numbers(page)["fast-top rule"]
     assert float(value) == pytest.approx(rule, rel=2e-3)
     percent = 100 * (rule / top.precession - 1)
     side = "below" if percent < 0 else "above"
-    assert note == f"{abs(percent):.1f} % {side} the mean precession"
+    assert note == f"Mgl / I₃ω₃: {abs(percent):.1f} % {side} the mean precession"
 
 
 def test_arrows_can_be_hidden_and_a_hidden_tip_is_no_handle(page):
