@@ -9,7 +9,9 @@ import kreisel as kr
 import pytest
 from colour_vision import VISION, compute_contrast, lab_distance
 
+from validation.competitors import ensemble_runs
 from validation.competitors.method_families import group_methods
+from validation.competitors.single_runs import PEERS
 from validation.drawing import cost_curves
 from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_panel, plt
 
@@ -38,6 +40,19 @@ def test_no_two_methods_of_a_panel_share_a_colour():
     everybody = choose_line_styles(list(kr.methods), ())
     assert len(set(map(pair, everybody.values()))) == len(kr.methods)
     assert len(MARKERS) == len(COLOURS) + 1
+
+
+def test_a_program_looks_the_same_in_all_figures():
+    """Check that styles do not depend on the other lines of a figure."""
+    lead = choose_line_styles(["kreisel"], ["heyoka", "GSL rk8pd", "SciPy DOP853"])
+    many = choose_line_styles(["exact", "taylor"], ["heyoka, batches", "gsl_rk8pd"])
+    family = choose_line_styles(["extrap", "taylor"], ["gsl_bsimp", "gsl_rk8pd", "heyoka"])
+    assert lead["heyoka"] == many["heyoka, batches"] == family["heyoka"]
+    assert lead["GSL rk8pd"] == many["gsl_rk8pd"] == family["gsl_rk8pd"]
+    assert lead["kreisel"] == many["taylor"] == family["taylor"]
+    everybody = [*(peer.name for peer in PEERS), *(mover.name for mover in ensemble_runs.PEERS)]
+    styles = choose_line_styles([], everybody)
+    assert set(styles) == set(everybody), "each other integrator has a stroke"
 
 
 class Run:

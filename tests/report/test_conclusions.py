@@ -51,7 +51,9 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
     )
     assert (
         "One of 3 cells is wrong in silence: b on a case" in said
-        and "1 are right, 0 as asked, 1 degraded" in said
+        and "33 % are right: " in said
+        and "0 % are as asked: " in said
+        and "33 % are degraded: " in said
     )
     assert "None of 1 cells is wrong in silence." in conclude([cell("a", "right", shown_by="")])
     assert conclude([]) == ""

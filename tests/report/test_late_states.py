@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from validation.parts import late_states
+from validation.parts import formatting, late_states
 from validation.references.problems import load_problem
 
 QUICK = SimpleNamespace(quick=True)
@@ -37,4 +37,4 @@ def test_without_measurement_nothing_is_said():
     ("ratio", "said"), [(5578624.0, "5,600,000"), (28.4, "28"), (3610.0, "3,600")]
 )
 def test_ratios_have_two_digits(ratio, said):
-    assert late_states.round_ratio(ratio) == said
+    assert formatting.format_large(ratio) == said

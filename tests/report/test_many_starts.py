@@ -37,27 +37,52 @@ def test_a_start_keeps_the_character_of_the_motion():
     assert 0.8 < many_starts.draw_starts(fast, 1)[0].rate / fast.rate < 1.2
 
 
-def make_found(times):
+def make_found(times, scene="thesis"):
     """Return findings of one scene from {program: times of its starts}, infinite if it fails."""
     runs = [
-        {"scene": "s", "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
+        {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
         for program, own in times.items()
         for i, t in enumerate(own)
         if np.isfinite(t)
     ]
     starts = len(next(iter(times.values())))
-    return [{"scene": "s", "starts": starts, "compiling": [0.5], "runs": runs}]
+    return {"scene": scene, "starts": starts, "compiling": [0.5], "runs": runs}
 
 
-def test_the_conclusion_has_medians_of_ratios_and_names_who_fails():
+def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
+    """Check ratios of medians, where three quarters of the starts reach the error.
+
+    GSL and SciPy fail on half of the starts, which the conclusion says.
+    """
     programs = list(many_starts.list_programs())
-    times = {program: [np.inf] * 3 for program in programs}
-    times |= {programs[0]: [1e-3, 2e-3, 3e-3], programs[1]: [5e-3, 4e-3, np.inf]}
-    said = many_starts.conclude(make_found(times))
-    title = many_starts.list_programs()[programs[1]]
-    assert said.startswith("3 random starts of one scene, 10 turns each: kreisel takes 2.00 ms")
-    assert f"For 1e-9 rad {title} takes 5 times as long as kreisel, in the median." in said
-    assert "SciPy DOP853 do not reach 1e-9 rad." in said or "does not reach 1e-9 rad." in said
+    titles = list(many_starts.list_programs().values())
+    half = [1e-2, 1e-2, np.inf, np.inf]
+    times = dict.fromkeys(programs, half)
+    symmetric = times | {programs[0]: [1e-3, 2e-3, 3e-3, 9e-3], programs[1]: [15e-3] * 4}
+    others = times | {programs[0]: [2e-3] * 4, programs[1]: [1e-3, 5e-3, 5e-3, 8e-3]}
+    found = [make_found(symmetric), make_found(others, "asymmetric")]
+    said = many_starts.conclude(found)
+    assert said.startswith("8 random starts of two scenes, 10 turns each. Symmetric tops")
+    assert f"kreisel takes 3.00 ms for 1e-9 rad, {titles[1]} 5 times as long. Other" in said
+    assert f"kreisel takes 2.00 ms for 1e-9 rad, {titles[1]} 2.5 times as long. " in said
+    middle = many_starts.make_bands(found[:1])
+    k = many_starts.CURVE.index(1e-9)
+    assert middle[titles[1]][1][k] / middle["kreisel"][1][k] == pytest.approx(5)
+    assert f"kreisel on 100 %, {titles[1]} on 100 %, {titles[2]} on 50 %" in said
+    assert "digits" not in said
+
+
+def test_the_conclusion_tells_what_more_digits_reach():
+    times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
+    found = [make_found(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
+    said = many_starts.conclude(found)
+    assert "kreisel takes" not in said and "1e-12 rad is reached by kreisel on 0 %" in said
+    assert said.endswith("With digits=20, kreisel reaches it on 75 %.")
+
+
+def test_a_measured_scene_has_runs_with_more_digits(findings):
+    (scene,) = findings
+    assert len(scene["precise"]) == scene["starts"] and max(scene["precise"]) < 1e-13
 
 
 def test_tolerances_are_those_of_the_runs():
@@ -84,13 +109,17 @@ def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
         rows += [make_row(scene, method, seconds), make_row(scene, "heyoka", 8 * seconds)]
         rows += [make_row(scene, "strang", 1e-3, step) for step in (0.2, 0.1)]
     problems = [(load_problem(scene), 1.0) for scene in scenes]
-    comparison = SimpleNamespace(problems=problems, rows=rows, scenes=list(scenes))
+    late = {"thesis": None, "asymmetric": {"t": 1e6, "exact": 1e-3, "taylor": 0.5, "heyoka": 2.0}}
+    comparison = SimpleNamespace(problems=problems, rows=rows, scenes=list(scenes), late=late)
     lead = advice.build_lead(comparison)
     n = len(fastest.TARGETS)
     first, second = lead["groups"]
     assert (first["kinds"], first["method"], first["times"]) == ("Symmetric tops", "exact", "0.001")
     assert (second["kinds"], second["method"]) == ("Asymmetric tops", "taylor")
     assert first["wins"] == second["cases"] == n and first["ratios"] == "8"
+    assert first["rivals"] == "heyoka" and not first["unreached"]
+    assert (lead["late"]["exact"], lead["late"]["ratios"]) == ("1.00", "4")
+    assert (lead["late"]["t"], lead["late"]["scenes"]) == ("1e6", "asymmetric")
     (fixed,) = lead["fixed"]
     assert fixed["method"] == "strang" and fixed["symplectic"]
     assert fixed["targets"] == "1e-3, 1e-6, 1e-9 and 1e-12"

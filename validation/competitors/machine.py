@@ -21,8 +21,12 @@ def processor_name():
         info = Path("/proc/cpuinfo").read_text()
     except OSError:
         info = ""
-    name = re.search(r"^model name\s*:\s*(.+)$", info, re.M)
-    return name[1].strip() if name else platform.processor() or platform.machine()
+    known = dict(re.findall(r"^(model name|cpu family|model)\s*:\s*(.+)$", info, re.M))
+    name = known.get("model name", "").strip()
+    if name and not re.search(r"\d", name) and {"cpu family", "model"} <= set(known):
+        # a virtual machine may hide the number of the model
+        return f"{name} (family {known['cpu family']}, model {known['model']})"
+    return name or platform.processor() or platform.machine()
 
 
 def describe_cores():

@@ -7,35 +7,61 @@ from .style import (
     choose_line_styles,
     figure_to_svg,
     label_ends,
-    make_panel,
     plt,
     set_power_ticks,
 )
 
+WIDTH, LEFT, RIGHT, TOP, BELOW, PANEL, GAP = 6.0, 0.72, 1.5, 0.25, 0.5, 2.0, 0.35  # [inch]
 
-def draw_cost_bands(bands, label):
-    """Draw a line with a band for each program.
 
-    `bands` is {title: (errors, median, lower and upper quantiles)}. A line ends where the upper
-    quantile is infinite.
+def draw_cost_bands(panels, own, label):
+    """Draw a panel for each group of starts, with a line and a band for each program.
+
+    `panels` is {title: {program: (errors, median, lower and upper quantiles)}}. A line ends where
+    the upper quantile is infinite. `own` is the program in colour.
     """
+    height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
-        figure, axes = make_panel(3.5, 6.0)
-        ends, styles = [], choose_line_styles(list(bands), ())
-        for title, band in bands.items():
-            errors, middle, low, high = map(np.array, band)
-            known = np.isfinite(high)
-            if not known.any():
-                continue
-            style = styles[title]
-            fill = {"color": style["color"], "alpha": 0.2, "linewidth": 0}
-            axes.fill_between(errors[known], low[known], high[known], **fill)
-            axes.loglog(errors[known], middle[known], markersize=5, markevery=2, **style)
-            ends.append((title, (errors[known][-1], middle[known][-1]), style))
-        axes.set(xlabel=label, ylabel="run time [ms]")
-        axes.invert_xaxis()
-        set_power_ticks(axes.xaxis, 7)
-        set_power_ticks(axes.yaxis, 9)
-        axes.grid(True)
-        label_ends(axes, ends)
+        figure, shared = plt.figure(figsize=(WIDTH, height)), None
+        for i, (title, bands) in enumerate(panels.items()):
+            low = 1 - (TOP + i * (PANEL + GAP) + PANEL) / height
+            place = (LEFT / WIDTH, low, 1 - (LEFT + RIGHT) / WIDTH, PANEL / height)
+            axes = figure.add_axes(place, sharex=shared, sharey=shared)
+            axes.set_title(title, loc="left")
+            axes.set_ylabel("run time [ms]")
+            if shared is None:
+                axes.invert_xaxis()
+            shared = shared or axes
+            draw_bands(axes, bands, own)
+        axes.set_xlabel(label)
+        for axes in figure.axes:
+            set_power_ticks(axes.xaxis, 7)
+            set_power_ticks(axes.yaxis, 7)
+            axes.grid(True)
+            axes.tick_params(labelbottom=axes is figure.axes[-1])
+        for axes, bands in zip(figure.axes, panels.values(), strict=True):
+            label_ends(axes, find_ends(bands, own))
         return figure_to_svg(figure)
+
+
+def draw_bands(axes, bands, own):
+    styles = choose_line_styles([own], [name for name in bands if name != own])
+    for title, band in bands.items():
+        errors, middle, low, high = map(np.array, band)
+        known = np.isfinite(high)
+        if known.any():
+            style = styles[title]
+            fill = {"color": style["color"], "alpha": 0.25 if title == own else 0.1}
+            axes.fill_between(errors[known], low[known], high[known], linewidth=0, **fill)
+            axes.loglog(errors[known], middle[known], markersize=4, markevery=2, **style)
+
+
+def find_ends(bands, own):
+    """Return (program, end of its line, style) of each program that has a line."""
+    styles = choose_line_styles([own], [name for name in bands if name != own])
+    ends = []
+    for title, (errors, middle, _, high) in bands.items():
+        known = np.flatnonzero(np.isfinite(high))
+        if len(known):
+            ends.append((title, (errors[known[-1]], middle[known[-1]]), styles[title]))
+    return ends

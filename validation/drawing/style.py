@@ -20,6 +20,15 @@ STROKES = (
     ((0, (5, 1.5, 1, 1.5)), "D"),
     ((0, (2, 1)), "^"),
 )
+# Each of these lines looks the same in all figures: the first methods of kreisel in a figure, and
+# the places of the other integrators in STROKES.
+LEADERS = ("kreisel", "taylor", "exact")
+PEER_STROKES = {
+    **dict.fromkeys(("heyoka", "heyoka, batches"), 0),
+    **dict.fromkeys(("gsl_rk8pd", "GSL rk8pd"), 1),
+    **dict.fromkeys(("scipy_dop853", "SciPy DOP853"), 2),
+    **dict.fromkeys(("gsl_bsimp", "heyoka, ensemble"), 3),
+}
 SIZE = 9  # the size of all type in all figures [pt]; the page does not scale figures up
 STYLE = {
     "svg.fonttype": "none",
@@ -58,9 +67,7 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Return a tick label such as 1e-9, in the same form as in the tables."""
-    if 0.001 < x < 1e4:
-        return f"{x:g}"
+    """Return a tick label such as 1e-9 or 1e0; all labels of an axis have this form."""
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
@@ -133,7 +140,8 @@ def choose_line_styles(family, peers):
 
     Lines of `peers`, the other integrators, are dashed, in the text colour and with hollow markers.
     """
-    own = [name for name in family if name not in peers]
+    own = [name for name in LEADERS if name in family]
+    own += [name for name in family if name not in (*peers, *own)]
     found = {
         name: {
             "color": COLOURS[i % len(COLOURS)],
@@ -144,6 +152,7 @@ def choose_line_styles(family, peers):
     }
     hollow = {"color": INK, "markerfacecolor": "none"}
     return found | {
-        name: {**hollow, "linestyle": stroke, "marker": marker}
-        for name, (stroke, marker) in zip(peers, STROKES, strict=False)
+        name: {**hollow, "linestyle": STROKES[place][0], "marker": STROKES[place][1]}
+        for name in peers
+        if (place := PEER_STROKES.get(name)) is not None
     }

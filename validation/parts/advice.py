@@ -4,8 +4,14 @@ from collections import Counter
 
 import kreisel as kr
 
-from . import fastest
-from .formatting import format_brief, format_milliseconds, format_power, join_words
+from . import fastest, scene_table
+from .formatting import (
+    format_brief,
+    format_large,
+    format_milliseconds,
+    format_power,
+    join_words,
+)
 
 KINDS = {
     "lagrange": "symmetric tops",
@@ -48,6 +54,14 @@ def describe_group(rows, method, problems):
         for *_, own, peer in races
         if own and peer and own.method == method
     ]
+    rivals = dict.fromkeys(
+        fastest.REFERENCES.get(peer.method, peer.method) for *_, own, peer in races if own and peer
+    )
+    missing = [
+        f"{scene} at {format_power(target)} rad"
+        for scene, target, own, peer in races
+        if not own and not peer
+    ]
     times = [format_milliseconds(bound(row.seconds for row in won)) for bound in (min, max)]
     return {
         "kinds": describe_kinds(problems),
@@ -55,6 +69,8 @@ def describe_group(rows, method, problems):
         "scenes": join_words(scenes),
         "times": " to ".join(dict.fromkeys(times)),
         "wins": len(won),
+        "rivals": join_words(rivals),
+        "unreached": join_words(missing) if missing else "",
         "cases": len(races),
         "ratios": " to ".join(dict.fromkeys(format_brief(bound(ratios)) for bound in (min, max)))
         if ratios
@@ -79,13 +95,42 @@ def list_fixed_steps(comparison):
             yield {"target": format_power(target), "method": method}
 
 
+def describe_late(comparison):
+    """Return the range of the times of one late state, by method, or None if none was measured."""
+    late = [found for found in comparison.late.values() if found]
+    if not late:
+        return None
+
+    def span(values, form):
+        return " to ".join(dict.fromkeys(form(bound(values)) for bound in (min, max)))
+
+    scenes = [scene for scene, found in comparison.late.items() if found]
+    times = {
+        name: span([found[name] for found in late], format_milliseconds)
+        for name in ("exact", "taylor")
+    }
+    ratios = [found["heyoka"] / found["taylor"] for found in late]
+    return times | {
+        "t": f"{late[0]['t']:g}".replace("e+0", "e"),
+        "scenes": join_words(scenes),
+        "ratios": span(ratios, format_brief),
+    }
+
+
 def build_lead(comparison):
     groups = group_scenes(comparison)
+    turns = [
+        scene_table.count_turns(scene_table.trace_path(problem, end), end)
+        for problem, end in comparison.problems
+    ]
     fixed = {}
     for line in list_fixed_steps(comparison):
         fixed.setdefault(line["method"], []).append(line)
     return {
         "groups": [describe_group(comparison.rows, *group) for group in groups.items()],
+        "late": describe_late(comparison),
+        "turns": " to ".join(format_large(bound(turns)) for bound in (min, max)),
+        "accuracies": join_words(format_power(target) for target in fastest.TARGETS),
         "fixed": [
             {
                 "method": method,

@@ -203,16 +203,23 @@ def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}."
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}. "
+        "A cell is one method on one top; wrong in silence is an error that neither a finer run "
+        "nor the step reveals."
     )
 
 
 def describe_verdicts(found):
     n = Counter(cell["verdict"] for cell in found)
+
+    def share(verdict):
+        return f"{100 * n[verdict] / len(found):.0f} %"
+
     return (
-        f"{n['right']} are right, {n['as asked']} as asked, {n['degraded']} degraded, "
-        f"{n['lost']} lost, {n['stopped']} stopped with a message and {n['refused']} refused with "
-        "one."
+        f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
+        f"an error within the tolerance. {share('degraded')} are degraded: a larger error, but "
+        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: a larger error still. "
+        f"{share('stopped')} stopped early and {share('refused')} did not start, with a message."
     )
 
 

@@ -201,6 +201,11 @@ def conclude(findings):
     )
 
 
+def build_lead(findings):
+    order = findings["order"]
+    return {"energy": format_power(order["energy"]), "crossings": order["crossings"]}
+
+
 def describe_regions(rows):
     if not rows:
         return ""
@@ -266,4 +271,6 @@ PART = Part(
     conclude,
     list_files=list_files,
     list_methods=lambda findings: {"taylor"},
+    build_lead=build_lead,
+    is_lead_row=True,
 )

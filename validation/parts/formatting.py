@@ -26,6 +26,11 @@ def format_brief(x):
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 
+def format_large(x):
+    """Return a number with two digits and commas, as in 28,000."""
+    return f"{float(f'{x:.2g}'):,.0f}" if x >= 10 else format_brief(x)
+
+
 def format_power(x):
     """Return a power of ten in the form 1e-9."""
     return f"{x:.0e}".replace("e-0", "e-")

@@ -8,7 +8,7 @@ from ..competitors.single_runs import EPS, HeyokaRun, KreiselRun, Setting
 from ..references import reference
 from ..references.problems import attitude_error
 from .budget import Task
-from .formatting import format_milliseconds
+from .formatting import format_large, format_milliseconds
 
 LATE, QUICK = 1e6, 1e3  # time of the state [T]
 PART = 0.1  # heyoka runs to this fraction of the time; its run time is proportional to the time
@@ -60,18 +60,14 @@ def measure_late_state(problem, quick):
     }
 
 
-def round_ratio(ratio):
-    return f"{float(f'{ratio:.2g}'):,.0f}"
-
-
 def describe_late_state(found):
     """Return a sentence about the times of a late state, or an empty string if there are none."""
     if not found:
         return ""
     times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}
     shown = {name: format_milliseconds(seconds) for name, seconds in times.items()}
-    whole = " and ".join(round_ratio(found[name] / found["exact"]) for name in INTEGRATORS)
-    state = " and ".join(round_ratio(found[name] / found["state"]) for name in INTEGRATORS)
+    whole = " and ".join(format_large(found[name] / found["exact"]) for name in INTEGRATORS)
+    state = " and ".join(format_large(found[name] / found["state"]) for name in INTEGRATORS)
     return (
         f"One state at t = {found['t']:g}: the closed form takes {shown['exact']} ms with its "
         f"preparation and {shown['state']} ms without, taylor {shown['taylor']} ms, and heyoka "

@@ -17,11 +17,12 @@ from ..competitors import timing
 from ..competitors.single_runs import PEERS, HeyokaRun, KreiselRun, ScipyRun, Setting
 from ..drawing.cost_bands import draw_cost_bands
 from ..references import equations, reference
-from ..references.problems import attitude_error, rotate_to_space
+from ..references.problems import attitude_error, load_problem, rotate_to_space
 from . import fastest
 from .budget import Task
 from .formatting import (
     format_brief,
+    format_large,
     format_milliseconds,
     format_power,
     join_sentences,
@@ -34,10 +35,13 @@ SEED, TURNS = 9, 10.0
 ROTATION = 0.5  # largest angle by which a start is rotated [rad]
 SCALES = (0.8, 1.2)  # range of the factors of the momentum
 STARTS, LEAST_STARTS = 10, 3  # one start for this number of members of the budget; smallest number
-TOLERANCES = [10.0**-k for k in range(2, 14)]
+TOLERANCES = [10.0**-k for k in range(2, 16)]
+SCIPY_LEAST = 1e-13  # smallest tolerance of SciPy
+DIGITS = 20  # of the runs that show which errors the starts allow
 QUICK = [1e-4, 1e-8, 1e-12]
 TRIALS, LONG = 3, 5e-3  # each run is timed this often, but only once if it takes this long [s]
 OWN = "kreisel"
+SYMMETRIC, OTHERS = "Symmetric tops, closed form", "Other tops, series"
 CURVE = [10.0 ** (-k / 2) for k in range(4, 27)]  # errors of the figure [rad]
 SHOWN = (1e-3, 1e-6, 1e-9, 1e-12)  # errors of the table [rad]
 BAND = (0.25, 0.75)  # quantiles of the band
@@ -80,7 +84,7 @@ def make_runs(starts, end, tol):
             yield name, [KreiselRun(name, start, end, setting) for start in starts], None
         elif name == PEERS[0].name:
             yield name, [restart(compiled, start) for start in starts], compiled.setup
-        else:
+        elif tol >= SCIPY_LEAST:
             yield name, [ScipyRun(start, end, setting) for start in starts], None
 
 
@@ -113,6 +117,10 @@ def measure_scene(problem, budget):
         np.array(reference.integrate_states(start, [end], fp=reference.FINER)[0][:4], np.longdouble)
         for start in starts
     ]
+    precise = [
+        attitude_error(kr.solve(start.to_scene(), end, digits=DIGITS).q[-1], truth)
+        for start, truth in zip(starts, truths, strict=True)
+    ]
     found, compiling = [], []
     for tol in QUICK if budget.quick else TOLERANCES:
         programs = list(make_runs(starts, end, tol))
@@ -123,7 +131,8 @@ def measure_scene(problem, budget):
                     known = dict(zip(COLUMNS, (problem.name, i, name, tol), strict=False))
                     seconds, error = measured
                     found.append(known | {"seconds": seconds, "attitude_error": error})
-    return {"scene": problem.name, "starts": len(starts), "compiling": compiling, "runs": found}
+    counted = {"scene": problem.name, "starts": len(starts)}
+    return counted | {"compiling": compiling, "precise": precise, "runs": found}
 
 
 def list_tasks(problems, budget, store):
@@ -151,6 +160,19 @@ def compute_quantile(times, part):
     return float(np.quantile(times, part, method="higher"))
 
 
+def group_starts(found):
+    """Return {title: findings} of the symmetric tops, which have a closed form, and the others."""
+    groups = {SYMMETRIC: [], OTHERS: []}
+    for each in found:
+        is_symmetric = load_problem(each["scene"]).symmetric
+        groups[SYMMETRIC if is_symmetric else OTHERS].append(each)
+    return {title: own for title, own in groups.items() if own}
+
+
+def count_starts(found):
+    return sum(each["starts"] for each in found)
+
+
 def make_bands(found):
     """Return {title: (errors, median, lower and upper quantiles)} of the programs [rad, ms]."""
     bands = {}
@@ -166,6 +188,14 @@ def make_bands(found):
     return bands
 
 
+def draw_groups(found):
+    panels = {
+        f"{title} ({count_starts(own)} starts)": make_bands(own)
+        for title, own in group_starts(found).items()
+    }
+    return draw_cost_bands(panels, OWN, "attitude error at the end [rad]")
+
+
 def summarize_programs(found):
     """Yield a row for each error: median times, and the number of starts that reach it."""
     for target in SHOWN:
@@ -175,48 +205,65 @@ def summarize_programs(found):
             "cells": [
                 {
                     "time": format_milliseconds(finite_or_none(compute_quantile(own, 0.5))),
-                    "reached": f"{np.isfinite(own).mean():.0%}".replace("%", " %"),
+                    "reached": format_share(own),
                 }
                 for own in times.values()
             ],
         }
 
 
+def format_share(times):
+    """Return the fraction of the starts that reach an error, in percent."""
+    return f"{100 * np.isfinite(times).mean():.0f} %"
+
+
 def finite_or_none(x):
     return x if np.isfinite(x) else None
 
 
-def median_ratios(found, target):
-    """Return {title: the median ratio of its time to that of kreisel} at an error."""
-    own = np.array(times_to_error(found, OWN, target))
-    ratios = {}
+def compare_medians(found, target):
+    """Return the median time of kreisel [s], and {title: ratio of the median time to it}.
+
+    Both are those of the figure. A program is left out where its line has ended, because more
+    than a quarter of the starts do not reach the error. The time is None if kreisel's has.
+    """
+    known = {}
     for program, title in list_programs().items():
-        times = np.array(times_to_error(found, program, target))
-        known = np.isfinite(own)
-        if program != OWN and known.any():
-            ratios[title] = compute_quantile(times[known] / own[known], 0.5)
-    return ratios
+        times = times_to_error(found, program, target)
+        if np.isfinite(compute_quantile(times, BAND[1])):
+            known[title] = compute_quantile(times, 0.5)
+    own = known.pop(list_programs()[OWN], None)
+    return own, {title: middle / own for title, middle in known.items()} if own else {}
 
 
-def describe_ratios(found, target):
-    ratios = median_ratios(found, target)
-    slower = [
-        f"{title} takes {format_brief(ratio)} times"
-        for title, ratio in ratios.items()
-        if ratio < np.inf
-    ]
-    missing = [title for title, ratio in ratios.items() if ratio == np.inf]
-    at = f"{format_power(target)} rad"
-    return join_sentences(
-        f"For {at} {join_words(slower)} as long as kreisel, in the median." if slower else "",
-        f"On most starts {join_words(missing)} {verb_do(len(missing))} not reach {at}."
-        if missing
-        else "",
+def describe_group(title, found, target):
+    """Return a sentence on the times of a group of starts at an error."""
+    own, ratios = compare_medians(found, target)
+    if own is None:
+        return ""
+    slower = [f"{name} {format_large(ratio)} times" for name, ratio in ratios.items()]
+    return (
+        f"{title}: kreisel takes {format_milliseconds(own)} ms for {format_power(target)} rad"
+        + (f", {join_words(slower)} as long." if slower else ".")
     )
 
 
-def verb_do(n):
-    return "do" if n > 1 else "does"
+def describe_reached(found, target):
+    """Return a sentence on the fractions of the starts for which each program reaches an error."""
+    shares = [
+        f"{title} on {format_share(times_to_error(found, program, target))}"
+        for program, title in list_programs().items()
+    ]
+    return f"{format_power(target)} rad is reached by {join_words(shares)} of the starts."
+
+
+def describe_digits(found, target):
+    """Return a sentence on kreisel with more digits than a double has."""
+    errors = [error for each in found for error in each.get("precise", ())]
+    if not errors:
+        return ""
+    times = [0.0 if error <= target else np.inf for error in errors]
+    return f"With digits={DIGITS}, kreisel reaches it on {format_share(times)}."
 
 
 def describe_scenes(found):
@@ -224,14 +271,13 @@ def describe_scenes(found):
 
 
 def conclude(found):
-    own = times_to_error(found, OWN, SHOWN[2])
-    middle = format_milliseconds(finite_or_none(compute_quantile(own, 0.5)))
-    tops = sum(each["starts"] for each in found)
     return join_sentences(
-        f"{tops} random starts of {describe_scenes(found)}, {TURNS:g} turns each: kreisel takes "
-        f"{middle} ms in the median for an error of {format_power(SHOWN[2])} rad.",
-        describe_ratios(found, SHOWN[2]),
-        describe_ratios(found, SHOWN[3]),
+        f"{count_starts(found)} random starts of {describe_scenes(found)}, {TURNS:g} turns each.",
+        *(describe_group(title, own, SHOWN[2]) for title, own in group_starts(found).items()),
+        "These are the medians of the figure and their ratios, for programs that reach the error "
+        "on three quarters of the starts.",
+        describe_reached(found, SHOWN[3]),
+        describe_digits(found, SHOWN[3]),
     )
 
 
@@ -244,12 +290,16 @@ def find_tolerances(found):
 def build_context(found):
     compiling = [seconds for each in found for seconds in each["compiling"]]
     return {
-        "figure": draw_cost_bands(make_bands(found), "attitude error at the end [rad]"),
+        "figure": draw_groups(found),
         "programs": list(list_programs().values()),
-        "rows": list(summarize_programs(found)),
+        "groups": [
+            {"title": title, "starts": count_starts(own), "rows": list(summarize_programs(own))}
+            for title, own in group_starts(found).items()
+        ],
         "starts": found[0]["starts"],
         "scenes": describe_scenes(found),
-        "tops": sum(each["starts"] for each in found),
+        "tops": count_starts(found),
+        "digits": DIGITS,
         "turns": f"{TURNS:g}",
         "rotation": f"{ROTATION:g}",
         "tolerances": [f"{tol:.0e}".replace("e-0", "e-") for tol in find_tolerances(found)],

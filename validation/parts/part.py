@@ -35,6 +35,7 @@ class Part:
     list_methods: Callable = list_nothing  # findings -> names of the methods that ran
     # findings -> values for the template NAME_lead.html, which is shown above all parts
     build_lead: Callable | None = None
+    is_lead_row: bool = False  # True if NAME_lead.html is a row of the list of advice
     accepts_user_scenes: bool = False  # True if it can run on the scenes of a user
 
 

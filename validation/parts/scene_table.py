@@ -41,17 +41,26 @@ def describe_scene(problem):
     return OWN.format(body=scene.body, gravity=scene.gravity) if scene else ABOUT[problem.name]
 
 
+def trace_path(problem, end):
+    """Return the shown path of a scene."""
+    shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
+    return kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
+
+
+def count_turns(path, end):
+    """Return the number of turns to the end, from the mean rate of a path to an earlier time."""
+    return np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi) * end
+
+
 def scene_context(problem, end):
     """Return the description, the picture and the number of turns of a scene."""
-    shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
-    path = kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
-    turns = np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)  # per unit of time
+    path = trace_path(problem, end)
     return {
         "name": problem.name,
         "end": f"{end:.4g}",
         "about": describe_scene(problem),
-        "shown": f"{shown:.3g}",
+        "shown": f"{path.t[-1]:.3g}",
         "is_hidden": np.linalg.norm(path.apex - path.apex[0], axis=1).max() < DOT,
-        "turns": format_brief(turns * end),
+        "turns": format_brief(count_turns(path, end)),
         "apex": sphere_plots.draw_apex_path(path.apex),
     }

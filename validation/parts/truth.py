@@ -80,8 +80,8 @@ def describe_high_precision(known):
     where = f"all scenes but {join_words(apart)}" if apart else "every scene"
     most = max(most for _, most, _ in known)
     return (
-        f"On {where} the high-precision results agree within the conditioning: they differ by at "
-        f"most {most:.0e} of one rounding of the data."
+        f"On {where} the high-precision results agree within the conditioning. They differ by at "
+        f"most {most:.0e} times the angle by which rounding the data to doubles moves the attitude."
     )
 
 
@@ -90,8 +90,9 @@ def describe_double_precision(known):
     if not way:
         return ""
     return (
-        f"Of the double and 80-bit results, that of {way} is least accurate: {format_brief(worst)} "
-        f"roundings of the data on {scene}."
+        f"Among the results in double and 80-bit precision, {way.replace(', ', ' in ')} has the "
+        "largest error: "
+        f"{format_brief(worst)} times this angle, on {scene}."
     )
 
 
