@@ -3,9 +3,8 @@
  * its slow manifold, on which
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
  * determines the Taylor coefficients of U about this axis by iteration, each from the next one. The
- * support turns with O and shakes with G (support.h). Without them U is W and G is 1. The rotor's
- * torque h x W is as linear as damping is, and may exceed it. All
- * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
+ * support turns with O and shakes with G (support.h). On a support at rest, U is W and G is 1. The
+ * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
  * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
  * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
  * motion. The error of this truncation is below the rounding errors (Fenichel 1979). Until the
