@@ -3,7 +3,7 @@
  * its slow manifold, on which
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
  * determines the Taylor coefficients of U about this axis by iteration, each from the next one.
- * The support turns with O and shakes with G (support.h). Without them U is W and G is 1. The
+ * The support turns with O and shakes with G (support.h). Without them, U is W and G is 1. The
  * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients
  * follow from the recurrence of taylor.h. The radius of convergence is determined by the slow
  * motion and allows long steps. The recurrence alone would need steps as short as A / D. The
@@ -79,14 +79,18 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
+/* Returns the largest size of G. */
+static double largest_pull(const kr_series *s)
+{
+    return KR_HAS_SUPPORTS && s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
+}
 /* Returns the size of the angular velocity about a slow axis relative to the support, as determined
  * by the torques about the slow axes. The product of the velocities about two slow axes is left out
  * on a support that does not turn, because it is smaller than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
-    const double most =
-        KR_HAS_SUPPORTS && slow->shakes ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
+    const double most = largest_pull(s);
     double size = 0.0;
     for (int a = 0; a < 3; a++) {
         const int i = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
@@ -155,17 +159,24 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
                  own = sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
     return KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, velocity, 1)) : own;
 }
+/* Returns the angular velocity of the support. */
+static double turning_of(const kr_taylor *p)
+{
+    const kr_series *s = p->series;
+    return KR_HAS_SUPPORTS && s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
+}
 /* Returns an upper bound of the torque of the weight and, on a support that turns, of that on a top
  * at rest relative to it. */
 static double largest_torque(const kr_motion *motion)
 {
-    const kr_scene *scene = motion->scene;
-    dd base, sway;
-    if (!KR_HAS_SUPPORTS || !kr_support_moves(scene)) return v_length(motion->lever);
-    const double turning = motion->time_unit * v_length(scene->turning),
-                 pull = v_length(vdd_high(kr_support_split(motion, &base, &sway)));
-    return pull * (fabs(base.hi) + fabs(sway.hi)) +
-           turning * (v_largest(motion->inertia) * turning + v_length(motion->rotor));
+    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_series *s = p->series;
+    if (!KR_HAS_SUPPORTS || s->linear == 1.0) return v_length(motion->lever);
+    const kr_vec3 A = motion->inertia;
+    const double turning = turning_of(p), square = p->rate * p->rate,
+                 pull = square * v_length(v_times(A, v_of(s->up + 1)));
+    return pull * largest_pull(s) +
+           turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
 /* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
  * column i + 2, but only where both axes are slow. */
@@ -382,17 +393,10 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const kr_taylor *p = (const kr_taylor *)motion->work;
     const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
     const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
-    const kr_scene *scene = motion->scene;
     if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
-    const double turning = scene ? motion->time_unit * v_length(scene->turning) : 0.0,
-                 shaken = scene && kr_scene_shakes(scene)
-                              ? fabs(scene->shaking.amplitude) * scene->shaking.rate *
-                                    scene->shaking.rate / fabs(scene->gravity)
-                              : 0.0;
-    const double carried = v_length(motion->rotor) + 2.0 * most * turning,
+    const double turning = turning_of(p),
                  growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least,
-                 loss =
-                     (v_length(motion->lever) * (1.0 + shaken) + carried * turning) / sqrt(least);
+                 loss = largest_torque(motion) / sqrt(least);
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
     const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
     if (!(growth > 0.0 && y > 0.0)) return 0;

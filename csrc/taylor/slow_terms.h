@@ -70,17 +70,8 @@ static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
-/* Sets W_n = O_n + U_n of a slow axis, and U_n of an axis that is not slow. */
-static void NAME(carry)(NAME(terms) * s, const slow_axes *slow, int i, int n)
-{
-    if (U_OF(slow) == ROW_W) return;
-    if (slow->is_slow[i])
-        s->c[ROW_W + i][n] = add(s->c[ROW_O + i][n], s->c[ROW_U + i][n]);
-    else
-        s->c[ROW_U + i][n] = minus(s->c[ROW_W + i][n], s->c[ROW_O + i][n]);
-}
-/* Recomputes the coefficients U_n of the slow axes from their equations. Returns the largest
- * change. */
+/* Recomputes the coefficients U_n of the slow axes from their equations, and W_n on a support that
+ * turns. Returns the largest change. */
 static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
 {
     const int u = U_OF(slow);
@@ -88,18 +79,20 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     double moved = 0.0;
     for (int i = 0; i < 3; i++) {
         last[i] = s->c[u + i][n];
-        if (slow->is_slow[i]) {
-            const number next = mul(of(n + 1, 0.0), s->c[ROW_W + i][n + 1]);
-            follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
-            if (!slow->has_rotor) s->c[u + i][n] = follows[i];
-        }
-        NAME(carry)(s, slow, i, n);
+        if (!slow->is_slow[i]) continue;
+        const number next = mul(of(n + 1, 0.0), s->c[ROW_W + i][n + 1]);
+        follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);
+        if (!slow->has_rotor) s->c[u + i][n] = follows[i];
     }
     if (slow->has_rotor) NAME(share_rotor)(s, slow, follows, n);
     for (int i = 0; i < 3; i++) {
-        if (!slow->is_slow[i]) continue;
-        NAME(carry)(s, slow, i, n);
-        moved = fmax(moved, fabs(high(minus(s->c[u + i][n], last[i]))));
+        const number change = minus(s->c[u + i][n], last[i]);
+        if (slow->is_slow[i]) moved = fmax(moved, fabs(high(change)));
+        if (u == ROW_W) continue;
+        if (slow->is_slow[i])
+            s->c[ROW_W + i][n] = add(s->c[ROW_O + i][n], s->c[ROW_U + i][n]);
+        else
+            s->c[ROW_U + i][n] = minus(s->c[ROW_W + i][n], s->c[ROW_O + i][n]);
     }
     return moved;
 }

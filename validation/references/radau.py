@@ -168,8 +168,9 @@ def integrate(problem, times, tol=TOL, **effects):
     """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
 
     `tol` bounds the neglected terms of each step, relative to the state. The effects are
-    `rotor`, the momentum of rotors in principal axes, `turning`, in the space frame, and
-    `shaking`, the amplitude over gravity, the rate and the phase. Raises ArithmeticError if the steps become too small.
+    `rotor`, the momentum of rotors in principal axes, `turning`, in the space frame, and `shaking`,
+    the amplitude over gravity, the rate and the phase. Raises ArithmeticError if the steps become
+    too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
