@@ -55,6 +55,8 @@ HEAD = """\
 #  pragma GCC optimize("fp-contract=off", "no-tree-vectorize", "no-tree-slp-vectorize")
 #  if defined __OPTIMIZE_SIZE__
 #    pragma GCC optimize("no-inline-functions-called-once", "no-caller-saves")
+#    pragma GCC optimize("no-move-loop-invariants", "no-tree-loop-im")
+#    pragma GCC optimize("no-schedule-insns2", "no-gcse")
 #  endif
 /* An option would come too late for functions that <math.h> has declared. Without errno, sqrt is
  * one instruction. */

@@ -30,7 +30,7 @@ static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
-    const char letter = *kr_quantities[kr_component_of(number).quantity].dimension;
+    const char letter = *kr_quantity_dimension(&kr_quantities[kr_component_of(number).quantity]);
     return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])

@@ -1,17 +1,29 @@
-/* Names and texts of statuses, kinds and flags, from the lists in kreisel.h. */
+/* Names and texts of statuses, kinds and flags, from the lists in kreisel.h. Texts are members of a
+ * struct, and tables contain their offsets. A pointer would take 32 bytes with its relocation. */
+#include <stddef.h>
 #include <string.h>
 #include "kreisel.h"
 
 const char *kr_version(void) { return KR_VERSION; }
 
+static const struct status_texts {
+#define X(name, what, text) char name[sizeof text];
+    KR_STATUS_LIST(X)
+#undef X
+} status_texts = {
+#define X(name, what, text) text,
+    KR_STATUS_LIST(X)
+#undef X
+};
 const char *kr_status_text(kr_status status)
 {
-    static const char *const texts[] = {
-#define X(name, what, text) text,
+    static const unsigned short offsets[] = {
+#define X(name, what, text) offsetof(struct status_texts, name),
         KR_STATUS_LIST(X)
 #undef X
     };
-    return (unsigned)status < KR_STATUS_COUNT ? texts[status] : "unknown status";
+    return (unsigned)status < KR_STATUS_COUNT ? (const char *)&status_texts + offsets[status]
+                                              : "unknown status";
 }
 const char *kr_kind_name(kr_kind kind)
 {
@@ -23,16 +35,30 @@ const char *kr_kind_name(kr_kind kind)
     return (unsigned)kind < KR_KIND_COUNT ? names[kind] : "unknown kind";
 }
 
+static const struct flag_texts {
+#define X(flag, bit, name, text) char flag##_name[sizeof name], flag##_text[sizeof text];
+    KR_FLAG_LIST(X)
+#undef X
+} flag_texts = {
+#define X(flag, bit, name, text) name, text,
+    KR_FLAG_LIST(X)
+#undef X
+};
 static const struct flag_entry {
     unsigned bit;
-    const char *name, *text;
+    unsigned short name, text; /* offsets in flag_texts */
 } flag_table[] = {
-#define X(flag, bit, name, text) {bit, name, text},
+#define X(flag, bit, name, text)                                                                   \
+    {bit, offsetof(struct flag_texts, flag##_name), offsetof(struct flag_texts, flag##_text)},
     KR_FLAG_LIST(X)
 #undef X
 };
 enum { FLAG_COUNT = sizeof flag_table / sizeof *flag_table };
 
+static const char *flag_text_at(unsigned short offset)
+{
+    return (const char *)&flag_texts + offset;
+}
 static const struct flag_entry *flag_of(unsigned bit)
 {
     for (int i = 0; i < FLAG_COUNT; i++)
@@ -42,16 +68,16 @@ static const struct flag_entry *flag_of(unsigned bit)
 unsigned kr_flag_find(const char *name)
 {
     for (int i = 0; name && i < FLAG_COUNT; i++)
-        if (strcmp(flag_table[i].name, name) == 0) return flag_table[i].bit;
+        if (strcmp(flag_text_at(flag_table[i].name), name) == 0) return flag_table[i].bit;
     return 0;
 }
 const char *kr_flag_name(unsigned bit)
 {
     const struct flag_entry *flag = flag_of(bit);
-    return flag ? flag->name : NULL;
+    return flag ? flag_text_at(flag->name) : NULL;
 }
 const char *kr_flag_text(unsigned bit)
 {
     const struct flag_entry *flag = flag_of(bit);
-    return flag ? flag->text : NULL;
+    return flag ? flag_text_at(flag->text) : NULL;
 }

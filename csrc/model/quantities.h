@@ -12,7 +12,7 @@ enum {
     KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 struct kr_quantity {
-    const char *name, *dimension, *text;
+    unsigned short name, dimension, text; /* offsets in the texts of quantity_table.c */
     size_t doubles;
     unsigned flags;
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);

@@ -1,5 +1,6 @@
 /* The table of quantities, built from quantities.def, and their components. */
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 #include "quantities.h"
 
@@ -17,9 +18,23 @@
 #include "quantities.def"
 #undef Q
 
+static const struct quantity_texts {
+#define Q(name, doubles, flags, dimension, text)                                                   \
+    char name##_name[sizeof #name], name##_dimension[sizeof dimension], name##_text[sizeof text];
+#include "quantities.def"
+#undef Q
+} quantity_texts = {
+#define Q(name, doubles, flags, dimension, text) #name, dimension, text,
+#include "quantities.def"
+#undef Q
+};
+static const char *text_at(unsigned short offset) { return (const char *)&quantity_texts + offset; }
+
+#define OFFSET(member) offsetof(struct quantity_texts, member)
 const kr_quantity kr_quantities[KR_QUANTITIES] = {
 #define Q(name, doubles, flags, dimension, text)                                                   \
-    {#name, dimension, text, doubles, flags, values_of_##name},
+    {OFFSET(name##_name), OFFSET(name##_dimension), OFFSET(name##_text), doubles, flags,           \
+     values_of_##name},
 #include "quantities.def"
 #undef Q
 };
@@ -28,12 +43,15 @@ const kr_quantity *kr_quantity_at(size_t i) { return i < KR_QUANTITIES ? &kr_qua
 const kr_quantity *kr_quantity_find(const char *name)
 {
     for (size_t i = 0; name && i < KR_QUANTITIES; i++)
-        if (strcmp(kr_quantities[i].name, name) == 0) return &kr_quantities[i];
+        if (strcmp(text_at(kr_quantities[i].name), name) == 0) return &kr_quantities[i];
     return NULL;
 }
-const char *kr_quantity_name(const kr_quantity *quantity) { return quantity->name; }
-const char *kr_quantity_text(const kr_quantity *quantity) { return quantity->text; }
-const char *kr_quantity_dimension(const kr_quantity *quantity) { return quantity->dimension; }
+const char *kr_quantity_name(const kr_quantity *quantity) { return text_at(quantity->name); }
+const char *kr_quantity_text(const kr_quantity *quantity) { return text_at(quantity->text); }
+const char *kr_quantity_dimension(const kr_quantity *quantity)
+{
+    return text_at(quantity->dimension);
+}
 size_t kr_quantity_doubles(const kr_quantity *quantity) { return quantity->doubles; }
 unsigned kr_quantity_flags(const kr_quantity *quantity) { return quantity->flags; }
 void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
@@ -60,8 +78,9 @@ int kr_component_find(const char *name)
         if (!kr_component_is_valid(number)) continue;
         const kr_component c = kr_component_of(number);
         const kr_quantity *quantity = &kr_quantities[c.quantity];
-        const size_t length = strlen(quantity->name);
-        if (strncmp(name, quantity->name, length) == 0 &&
+        const char *own = text_at(quantity->name);
+        const size_t length = strlen(own);
+        if (strncmp(name, own, length) == 0 &&
             strcmp(name + length, kr_quantity_axis(quantity, (size_t)c.axis)) == 0)
             return number;
     }
