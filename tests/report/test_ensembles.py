@@ -167,7 +167,7 @@ def test_the_report_shows_who_moved_tops_and_the_map(quick):
     section = page.split('id="ensembles"')[1]
     assert section.count("<svg") == len(KINDS) + 1
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)
-    assert "tops per second with a median error of" in re.sub(r"\s+", " ", page)
+    assert "tops from t = 0 to 100 with a median error of" in re.sub(r"\s+", " ", page)
 
 
 def test_the_ratio_of_the_least_times_ignores_disturbed_rounds():

@@ -130,7 +130,8 @@ def build_lead(comparison):
         "groups": [describe_group(comparison.rows, *group) for group in groups.items()],
         "late": describe_late(comparison),
         "turns": " to ".join(format_large(bound(turns)) for bound in (min, max)),
-        "accuracies": join_words(format_power(target) for target in fastest.TARGETS),
+        "accuracies": ", ".join(map(format_power, fastest.TARGETS[:-1]))
+        + f" or {format_power(fastest.TARGETS[-1])}",
         "fixed": [
             {
                 "method": method,
