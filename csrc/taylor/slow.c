@@ -160,7 +160,7 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     return KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, velocity, 1)) : own;
 }
 /* Returns the angular velocity of the support. */
-static double turning_of(const kr_taylor *p)
+static double rate_of_turning(const kr_taylor *p)
 {
     const kr_series *s = p->series;
     return KR_HAS_SUPPORTS && s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
@@ -173,7 +173,7 @@ static double largest_torque(const kr_motion *motion)
     const kr_series *s = p->series;
     if (!KR_HAS_SUPPORTS || s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
-    const double turning = turning_of(p), square = p->rate * p->rate,
+    const double turning = rate_of_turning(p), square = p->rate * p->rate,
                  pull = square * v_length(v_times(A, v_of(s->up + 1)));
     return pull * largest_pull(s) +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
@@ -394,7 +394,7 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const kr_vec3 A = motion->inertia, ratio = v_over(motion->damping, A);
     const double least = fmin(A.x, fmin(A.y, A.z)), most = v_largest(A);
     if (motion->step >= 0.0 || !(v_largest(motion->damping) > 0.0) || !isfinite(until)) return 0;
-    const double turning = turning_of(p),
+    const double turning = rate_of_turning(p),
                  growth = fmin(ratio.x, fmin(ratio.y, ratio.z)) - 4.0 * turning * most / least,
                  loss = largest_torque(motion) / sqrt(least);
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
