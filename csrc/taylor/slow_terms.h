@@ -40,7 +40,7 @@ static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const numb
     const int u = U_OF(slow);
     number off[3];
     for (int i = 0; i < 3; i++)
-        if (slow->is_slow[i]) off[i] = minus(follows[i], s->c[u + i][n]);
+        off[i] = slow->is_slow[i] ? minus(follows[i], s->c[u + i][n]) : of(0.0, 0.0);
     for (int i = 0; i < 9; i++)
         if (slow->is_slow[i / 3] && slow->is_slow[i % 3])
             s->c[u + i / 3][n] =

@@ -302,10 +302,11 @@ static double first_negative(double *b, int n, double low, double high)
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
-    for (int i = 0; i <= order; i++) {
-        b[i] = sign * power * s->w[i][0] + (i == 0 ? constant : 0.0);
+    b[0] = sign * s->w[0][0] + constant;
+    for (int i = 1; i <= order; i++) {
         power *= s->end - s->t;
-        others += i > 0 ? fabs(b[i]) : 0.0;
+        b[i] = sign * power * s->w[i][0];
+        others += fabs(b[i]);
     }
     if (b[0] > others) return INFINITY;
     for (int i = 0; i <= order; i++) {
