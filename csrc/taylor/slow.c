@@ -400,5 +400,5 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
     const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
     if (!(growth > 0.0 && y > 0.0)) return 0;
-    return y / sqrt(most) * expm1(growth * fabs(until - motion->clock)) > 0x1p53 * growth;
+    return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }

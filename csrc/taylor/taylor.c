@@ -118,7 +118,7 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= LEAST_FACTOR)) k = dd_of(copysign(LEAST_FACTOR, k.hi));
+        if (!(fabs(k.hi) >= LEAST_FACTOR)) k = dd_of(k.hi < 0.0 ? -LEAST_FACTOR : LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
         set_shift(s, i + 1, ahead, A[i], k);

@@ -81,12 +81,12 @@ def test_the_page_shows_every_example():
 
 def test_the_table_names_the_options_of_cmake():
     options = re.findall(
-        r"^(?:option|set)\((KREISEL_(?:METHODS|ISA|DIGITS|TANGENTS))\b",
+        r"^(?:option|set)\((KREISEL_(?:METHODS|ISA|DIGITS|TANGENTS|SUPPORTS))\b",
         (ROOT / "CMakeLists.txt").read_text(),
         re.M,
     )
     named = re.findall(r"^\| `(KREISEL_\w+)`", SECTIONS["Build options"], re.M)
-    assert named == options and len(options) == 4
+    assert named == options and len(options) == 5
 
 
 def test_the_example_asks_for_this_version():

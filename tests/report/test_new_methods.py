@@ -24,6 +24,7 @@ MACHINERY = [
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
 NAMED = {  # files that contain the name of a method, each with the reason
+    "advice": {"exact", "taylor"},  # the methods whose times for late states are stated
     "calls": {"taylor"},  # the method that is compared with heyoka's series
     "chaos": {"taylor"},  # the method that integrates the tangents for the exponents
     "omissions": {"suzuki4", "taylor"},  # the methods whose omissions are measured
@@ -33,6 +34,7 @@ NAMED = {  # files that contain the name of a method, each with the reason
     "frequency_data": {"taylor"},  # the method whose frequencies are compared with the closed form
     "late_states": {"exact", "taylor"},  # the closed form, and the series that it is compared with
     "stiff_needle": {"exact"},  # the reference, and not a method that is compared
+    "style": {"exact", "taylor", "gsl_rk8pd", "gsl_bsimp"},  # lines of one style in all figures
 }
 NEW = "of_a_later_day"
 
