@@ -92,7 +92,8 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* Of the two equations for S/T, the one with the larger terms is used. */
+        /* There are two formulas for S/T = x/y. The terms of the first one vanish where y[5] = -1,
+         * and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
             out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);

@@ -135,7 +135,7 @@ def refuse_disturbances(
         return
     is_upright = found == ["a turning support"] and not np.any(np.asarray(tops.turning)[..., :2])
     if is_upright:
-        reason = "replace(turning=None) gives the same motion, seen from the space at rest"
+        reason = "replace(turning=None) gives the same motion, seen from the inertial frame"
     raise ValueError(f"{what} with {' and '.join(found)}{': ' if reason else ''}{reason}")
 
 

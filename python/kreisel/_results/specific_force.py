@@ -1,4 +1,4 @@
-"""What instruments on the body measure: angular velocity and specific force in the inertial frame.
+"""Measurements of instruments on the body: inertial angular velocity and specific force.
 
 With the angular velocity U relative to the support and that of the support, O, both seen from the
 body, the angular velocity in the inertial frame is W = U + O. Since O is constant in the turning
@@ -19,7 +19,7 @@ INERTIAL_VELOCITY = Quantity(
     [f"inertial_velocity_{axis}" for axis in "xyz"],
     False,
     "T^-1",
-    "angular velocity in the space at rest, seen from the frame of the body",
+    "angular velocity in the inertial frame, seen from the frame of the body",
 )
 SPECIFIC_FORCE = Quantity(
     "specific_force",

@@ -290,7 +290,7 @@ def refuse_turning(tops: Scene | Ensemble) -> None:
         raise ValueError(
             "kreisel.exact does not support turning supports: solve with method='exact' has the "
             "states for a support that turns about e3, and replace(turning=None) gives the same "
-            "motion, seen from the space at rest"
+            "motion, seen from the inertial frame"
         )
 
 
