@@ -63,7 +63,7 @@ _VECTORS = {  # {block: attribute of Point that changes by the step}
 }
 _JUMPING = ("body_acceleration", SPECIFIC_FORCE.name)
 _EQUAL = 1e-12  # relative difference of equal moments and of equal dampings
-_NO_FRICTION = 1e-12  # friction by which none is replaced, relative to the energy of the scene
+_NO_FRICTION = 1e-12  # friction that replaces 0, relative to the energy of the scene
 _SHAKING = ("amplitude", "rate", "phase")
 _UNITS: dict[str, str | tuple[str, ...]] = {
     "attitude": "",

@@ -275,7 +275,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def _is_plausible(self) -> bool:
-        """Return True unless the residuals are larger than chance and some outliers can explain."""
+        """Return True unless the residuals exceed what noise and some outliers can explain."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
         return bool(self._measure_misfit() <= limit)
