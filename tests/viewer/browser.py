@@ -69,8 +69,19 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
     )
     page.goto(file.as_uri() + fragment)
-    wait_for(page, "document.querySelector('#presets svg')?.childElementCount > 0")  # drawn last
+    wait_until_ready(page)
     return page
+
+
+def wait_until_ready(page):
+    """Wait until the viewer shows its presets, which are drawn last."""
+    wait_for(page, "document.querySelector('#presets svg')?.childElementCount > 0")
+
+
+def reload(page):
+    """Load the viewer again in the same window."""
+    page.reload()
+    wait_until_ready(page)
 
 
 # Actions

@@ -11,6 +11,7 @@ from browser import (
     read_message,
     read_scene,
     read_states,
+    reload,
     scene_in_python,
     visit,
 )
@@ -205,7 +206,7 @@ def test_longest_time_is_kept_for_the_next_visit(browser):
     load(page, GAME, start={"tilt": 40, "spin": 20})
     advance(page, 90)
     assert read_end(page) < first and f"longest time is {first:.2f} s" in read_message(page)
-    page.reload()
+    reload(page)
     load(page, GAME)
     assert read_numbers(page)["stands"][1] == f"longest {first:.2f} s"
     page.context.close()

@@ -12,6 +12,7 @@ from browser import (
     make_viewport,
     read_scene,
     read_states,
+    reload,
     visit,
     wait_for,
 )
@@ -64,8 +65,7 @@ def test_light_or_dark_is_remembered(browser):
         page.locator("details", has_text="Looks").locator("summary").click()
         page.get_by_label("Light or dark").select_option(choice)
         dark = dark or page.evaluate(GROUND)
-        page.reload()
-        wait_for(page, "!!window.kreisel")
+        reload(page)
         assert page.evaluate(GROUND) == (dark if choice == "dark" else light) and light != dark
     assert page.troubles == []
     page.context.close()
