@@ -6,10 +6,10 @@
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 
-Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into
-space. Vectors are seen from space unless stated otherwise. Any consistent set of units can be used;
-dimensions are given in terms of mass, length and time [M L T]. See also kreisel.conventions(),
-kreisel.methods and kreisel.scenes.
+Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body frame
+to space. Vectors are given by their components in space unless stated otherwise. Any consistent set
+of units can be used; dimensions are given in terms of mass, length and time [M L T]. See also
+kreisel.conventions(), kreisel.methods and kreisel.scenes.
 """
 
 from . import events, quaternion, scenes

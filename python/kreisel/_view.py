@@ -63,7 +63,7 @@ class _Scene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """An interactive viewer of a scene. A notebook displays it as the result of a cell.
+    """An interactive viewer of a scene. A notebook displays the viewer as the result of a cell.
 
     scene  the data of the scene, in the format of the viewer's JSON export
     """

@@ -20,9 +20,9 @@ np.where(np.diff(np.sign(f(path)))). Such a search may miss events.
 
 In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
 of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
-path does not change. The start is not an event. A function counts as zero if its absolute value is
-below 2^-50 times the sizes of its terms. A point at which a function touches zero without a change
-of sign is not an event.
+path does not change. The initial state is not an event. A function counts as zero if its absolute
+value is below 2^-50 times the magnitude of its terms. A point at which a function touches zero
+without a change of sign is not an event.
 
 The times of events are as accurate as the path. They are doubles even if the path has more digits,
 but the states at these times have all digits of the path. Rising and falling refer to increasing

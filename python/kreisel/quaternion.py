@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into space.
+"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body to space.
 
 If v contains the components of a vector along the axes of the body, then v_space = q v q* contains
 the components of the same vector along the axes of space.
@@ -43,7 +43,7 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q v q*: the components in space of the vector with the components `v` in the body."""
+    """Return q v q*: the space components of the vector with the body components `v`."""
     w, ux, uy, uz = q
     x, y, z = v
     c = _cross((ux, uy, uz), (x, y, z))
@@ -56,7 +56,7 @@ def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q* v q: the components in the body of the vector with the components `v` in space."""
+    """Return q* v q: the body components of the vector with the space components `v`."""
     return turn(conjugate(q), v)
 
 
@@ -112,7 +112,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
     `a` and `b` have the shape (..., 4), scalar first, and are broadcast. The result has the common
     shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|) is also accurate for
-    small angles. It gives 0 for q and -q, which are the same attitude.
+    small angles. The result is 0 for q and -q, which are the same attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)

@@ -71,14 +71,13 @@ class Apex:
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
-        """Return means over the complete nutations of a Lagrange top.
+        """Return mean values over the complete nutation periods of a Lagrange top.
 
-        The complete nutations extend from the first to the last lowest point of the trace.
+        The complete periods extend from the first to the last lowest point of the trace.
         kreisel.exact computes the same numbers from a scene; this method computes them from a path
-        of any method. Turning points between states are found by cubic interpolation. They are
-        accurate to four digits with fifty states per nutation, and to seven with four hundred. If
-        the heights differ by less than 1e-9, the motion is steady precession, and the period is
-        NaN.
+        of any method. Turning points between states are found by cubic interpolation. The means are
+        accurate to four digits with 50 states per nutation, and to seven digits with 400. If the
+        heights differ by less than 1e-9, the motion is steady precession, and the period is NaN.
 
         Raises ValueError for a body that is not a Lagrange top, because its nutation is not
         periodic in general, and for a support that moves. Also raises ValueError if the path has no
@@ -182,7 +181,7 @@ def _interpolate(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Return the rising zero of the polynomial through the points (t, values), by bisection."""
+    """Return the zero at which the polynomial through the points (t, values) increases."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

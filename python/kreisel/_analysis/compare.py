@@ -35,8 +35,8 @@ class Row:
     seconds         the shortest run time of the repeats [s]
     median          the median of the run times [s]
     attitude_error  the largest angle between attitude and true attitude [rad]
-    energy_error    max |E - E0| / max (T + mass * |gravity| * |com|), with the energy E, its value
-                    E0 at the start, and the kinetic energy T
+    energy_error    max |E - E0| / max (T + mass * |gravity| * |com|); E is the energy, E0 its
+                    initial value, and T the kinetic energy
     failure         the reason why the run failed, or empty. After a failure, errors and times are
                     NaN
     """

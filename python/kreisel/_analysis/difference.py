@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 def compute_difference(a: Path, b: Path) -> Difference:
     """Return the angle between the attitudes of two paths at common times.
 
-    If a path does not store its attitude, the angle between both apexes is returned. Paths with
-    different times are compared at the times of the path that has more of them in the interval
-    that both cover. The run of the other path is repeated to obtain states at these times. A closed
-    form of a map cannot be evaluated between its steps; in this case the other path is evaluated.
+    If a path does not store its attitude, the angle between the two apexes is returned. If the
+    times of the paths differ, they are compared over their common interval, at the times of the
+    path with more states there. The run of the other path is repeated to obtain states at these
+    times. The closed-form solution of a map cannot be evaluated between its steps; in this case,
+    the roles of the paths are exchanged.
     """
     from .._plot.charts import Difference
 
@@ -51,6 +52,6 @@ def _share_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _attitudes(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes of a path, and their low words or zeros."""
+    """Return the attitudes of a path and their low words, which are zero if the path has none."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

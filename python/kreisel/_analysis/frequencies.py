@@ -4,17 +4,16 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-In a regular motion each of these signals is a sum of lines, terms a exp(i f t) with an amplitude a
+In a regular motion, each of these signals is a sum of lines: terms a exp(i f t) with an amplitude a
 and a frequency f. Let v be the frequency of the nutation. The frequencies of h are the multiples of
 v. The frequencies of z are the mean rate of precession_angle plus multiples of v. The frequencies
 of u are the mean rate of spin_angle plus multiples of v. The strongest line is found where the
 Fourier transform of the windowed signal is largest. This line is subtracted, and the next line is
 found in the remainder.
 
-Sources: J. Laskar, Frequency map analysis and quasiperiodic decompositions, 2003
-(arXiv:math/0305364). The signal is multiplied by the Kaiser window, whose side lobes are at
-rounding level. For mean rates with window functions, see S. Das and others, Nonlinearity 30 (2017)
-4111.
+Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
+The signal is multiplied by the Kaiser window, whose side lobes are at the level of round-off
+errors. For mean rates with window functions, see Das and others, Nonlinearity 30 (2017) 4111.
 """
 
 from __future__ import annotations
@@ -118,16 +117,16 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
     For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
-    motion is on a torus. Near a pole, their precession is not a sum of integer multiples of
-    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two lines
-    are resolved if they differ by more than 23 turns over the length of the path. The path should
-    contain many nutations, and more than two states in each turn of the fastest angle. If the
-    motion is regular, a rate is as accurate as the path. If the axis passes near a pole, additional
-    states are computed until its turns can be counted.
+    motion is on a torus. If the axis of such a top can pass near a pole, its precession need not be
+    an integer combination of ExactTorus.frequencies. For other methods, two lines are resolved if
+    they differ by more than 23 turns over the length of the path. The path should contain many
+    nutations, and more than two states in each turn of the fastest angle. If the motion is regular,
+    a rate is as accurate as the path. If the axis passes near a pole, additional states are
+    computed until its turns can be counted.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
     they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
-    On a support that turns about e3, precession and lines are those seen from the support.
+    On a support that turns about e3, precession and lines are relative to the support.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -139,8 +138,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
     that are not evenly spaced, for a top with damping or friction, and for a support that shakes or
-    turns about another axis than e3. Also raises ValueError for a body without torque on a turning
-    support, or whose rotor is not along its axis of symmetry.
+    turns about another axis than e3. Also raises ValueError for a body without torque, if it is on
+    a turning support or if its rotor is not along its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -182,7 +181,7 @@ def _refuse_support(scene: Scene) -> None:
 
 
 def _to_inertial_frame(path: Path, turning: float) -> Path:
-    """Return the path of a top on a support that turns about e3, seen from the inertial frame."""
+    """Transform the path of a top on a support that turns about e3 to the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T
@@ -193,7 +192,7 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the rates of precession, nutation and spin of a closed form, or None."""
+    """Return the rates of precession, nutation and spin from the closed form, or None."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
@@ -224,11 +223,12 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, the angles between states.
+    """Compute the mean rate of an angle from `turned`, its increments between states.
 
-    The strongest line of `signal` minus a multiple of `part` is more accurate than the mean of
-    `turned`. The frequency of the line is returned if it is so near the mean that the multiple is
-    certain. Otherwise the mean is returned if the angle grows evenly, and NaN if not.
+    The frequency of the strongest line of `signal` differs from the mean rate by a multiple of
+    `part`. After this multiple is subtracted, the frequency is more accurate than the mean of
+    `turned`, and is returned if the multiple is certain. Otherwise, the mean is returned if the
+    angle grows smoothly, and NaN if not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
@@ -241,7 +241,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 
 
 def _alias_bound(rate: Array) -> float:
-    """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
+    """Return an upper bound on the error that aliasing causes in the mean of `rate`.
 
     The bound is the largest amplitude in the upper half of the resolved frequencies.
     """
@@ -301,7 +301,7 @@ def _kaiser_window(n: int) -> Array:
 
 
 def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return the frequencies and amplitudes of the `n` strongest lines, and the relative rest."""
+    """Return the frequencies and amplitudes of the strongest lines, and the relative residual."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

@@ -40,10 +40,10 @@ def plot(
     If a path does not store its attitude, the chart shows the angle between the apexes. If the
     times of the paths differ, one of the runs is repeated to compute states at common times.
 
-    Dashed lines show the least and greatest nutation if the closed form has turning points. Dots
-    show the start and the events of a path. The precession is interrupted where it jumps because
-    the apex passes close to the vertical. The figure is not registered with pyplot;
-    `kr.plot(path).figure.savefig("top.png")` writes it to a file.
+    Dashed lines show the least and greatest nutation if the closed-form solution has turning
+    points. Dots show the start and the events of a path. The curve of the precession is interrupted
+    where the angle jumps because the apex passes close to the vertical. The figure is not
+    registered with pyplot; `kr.plot(path).figure.savefig("top.png")` writes it to a file.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])

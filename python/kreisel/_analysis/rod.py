@@ -1,4 +1,4 @@
-"""Elastic rods by Kirchhoff's kinetic analogy: the frames of a top along a curve."""
+"""Elastic rods by Kirchhoff's kinetic analogy, which maps attitudes of a top to frames of a rod."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """True if the stiffness against bending is the same in all directions, to 7e-15 relative.
+        """True if the bending stiffness is the same in all directions, up to 7e-15 relative.
 
         The rod of a Lagrange top is isotropic.
         """
@@ -87,9 +87,9 @@ class Rod:
     def section(self) -> tuple[float, float]:
         """The thickness along N and along B, as multiples of the larger one.
 
-        The stiffness of a rod against bending in a direction is proportional to the square of the
-        thickness in that direction, for elliptical and for rectangular cross-sections. Hence the
-        ratio is sqrt(alpha1) : sqrt(alpha2).
+        For elliptical and rectangular cross-sections, the bending stiffness in a direction is
+        proportional to the square of the thickness in this direction. Hence the ratio is
+        sqrt(alpha1) : sqrt(alpha2).
         """
         one, two, _ = self.stiffness
         largest = max(one, two)
@@ -123,8 +123,9 @@ class Rod:
             >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
             ['start', '2 m']
 
-        The states must be so close that the rod bends little between two of them. Raises ValueError
-        for a rod of fewer than two states, and ImportError if matplotlib is not installed.
+        The states must be close enough that the rod bends little from one state to the next. Raises
+        ValueError for a rod of fewer than two states, and ImportError if matplotlib is not
+        installed.
         """
         from .._plot.panels import new_axes
         from .._plot.solids import ORANGE, check_axes, draw_scale, draw_tube, parallel_normals
@@ -153,11 +154,11 @@ def rod(path: Path) -> Rod:
     """Return the elastic rod that corresponds to a path by Kirchhoff's analogy.
 
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
-    is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
+    is on a principal axis. The rod carries no load if the centre of mass is the fixed point.
 
     Raises ValueError for a damped top, a body with a rotor, friction, a moving support, and a
-    centre of mass that is on no principal axis. The torque of gravity on such a top does not
-    correspond to a force at the ends of a rod.
+    centre of mass that is on no principal axis. If the centre of mass is on no principal axis, the
+    torque of gravity does not correspond to a force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -209,7 +210,7 @@ def _choose_rod_axes(body: Body) -> Array:
 
 
 def _integrate_cubics(t: Array, values: Array, slopes: Array) -> Array:
-    """Return the integrals from the first time to each time of the cubic Hermite interpolant."""
+    """Return the integrals of the cubic Hermite interpolant from the first time to each time."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

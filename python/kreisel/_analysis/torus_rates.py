@@ -1,4 +1,4 @@
-"""Mean rates of a top whose motion is on a torus, from its closed form.
+"""Mean rates of a top whose motion is on an invariant torus, from its closed-form solution.
 
 Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2, and let z be the
 projection of the axis onto the horizontal plane. Apart from the rotation by the heading, whose mean
@@ -11,7 +11,7 @@ likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero the 
 The number of turns along a loop changes by one where the loop passes a zero. Then n1 and n2 depend
 on the positions of the zeros, and the mean rate need not be an integer combination of frequencies.
 
-Source: H. Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
+Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class TorusRates(NamedTuple):
 
 
 class _Signals(NamedTuple):
-    """The axis at angles of the torus.
+    """The direction of the axis at given angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
     about   sin(nutation) exp(i spin_angle)
@@ -103,7 +103,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells(z: Waves) -> tuple[Indices, Array]:
-    """Return the grid cells (rows of two indices) around which z winds, and the windings."""
+    """Return the grid cells with a nonzero winding number of z, and these winding numbers."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -112,7 +112,7 @@ def _find_cells(z: Waves) -> tuple[Indices, Array]:
 
 
 def _phase_steps(z: Waves, axis: int) -> Array:
-    """Return the angles between the values of z at neighbouring points of the grid."""
+    """Return the phase differences of z between neighbouring points of the grid."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
@@ -138,7 +138,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _mean_turns(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean numbers of turns of z along loops of the first and of the second angle.
+    """Return the mean winding numbers of z along loops of the first and of the second angle.
 
     `since` contains the positions of the zeros relative to the first point of the grid [turns].
     """

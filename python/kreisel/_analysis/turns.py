@@ -4,8 +4,8 @@ Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto
 perpendicular to the direction. The poles are the direction and its opposite; z is 0 if the axis is
 at a pole. Between two states z moves along an arc. The arc turns about 0 by the same angle as its
 chord, unless 0 lies between arc and chord. The velocities at both ends bound the distance of the
-arc from the chord. If 0 may lie between arc and chord, the state at half the time is computed, and
-both halves of the arc are examined in the same way.
+arc from the chord. If 0 may lie between arc and chord, the state at the middle of the time interval
+is computed, and both halves of the arc are examined in the same way.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*columns)
 
     def split(self, z: Waves, rate: Waves) -> _Arcs:
-        """Return both halves of each arc, given z and its derivative at half the time."""
+        """Return both halves of each arc, given z and its derivative at the intermediate time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -102,7 +102,7 @@ class _ArcAngles(NamedTuple):
 
 
 def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
-    """Compute the motion of the body's axis `along`, given in principal axes, about `up`.
+    """Compute the motion of the body's axis `along`, in principal-axis components, about `up`.
 
     `east` is perpendicular to `up`, and is the direction in which z is real.
     """
@@ -180,8 +180,8 @@ def _spin_angles(
 ) -> Array:
     """Return the angles by which the body turns about its axis.
 
-    Near a pole, the rates of spin and precession have a peak, but their sum has none (at the other
-    pole, their difference). The whole turns are counted from this smooth rate.
+    Near a pole, the rates of spin and precession have a peak, but their sum (at the other pole,
+    their difference) is smooth. The number of whole turns is computed from this smooth rate.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -236,7 +236,7 @@ def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Return the angle of each chord about 0, its distance from 0, and a bound of the bend.
+    """Return the angle of each chord about 0, its distance from 0, and a bound on the bend.
 
     The bend is the distance of the arc from its chord.
     """
@@ -262,8 +262,8 @@ def _compute_arc_points(
 ) -> list[tuple[Waves, Waves]]:
     """Compute z and its rate for each column of `times`.
 
-    Row i of `times` contains times since the state of the path with the index `parent[i]`. If a run
-    fails, z is NaN.
+    Row i of `times` contains times since the state number `parent[i]` of the path. If a run fails,
+    z is NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
@@ -276,7 +276,7 @@ def _compute_arc_points(
 def _horizontal_components(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
-    """Return the horizontal part of an axis as complex numbers, and its derivative."""
+    """Return the horizontal component of an axis as complex numbers, and its derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
 

@@ -44,7 +44,7 @@ class _MainGroup(click.Group):
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Return a context in which an exception is printed on one line and sets the exit code."""
+    """Return a context manager that prints an exception on one line and sets the exit code."""
     try:
         yield
     except click.exceptions.NoArgsIsHelpError:
@@ -71,7 +71,7 @@ def one_line_errors() -> Iterator[None]:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Return a context in which SIGTERM acts as Ctrl-C, unless the signal is ignored."""
+    """Return a context manager that lets SIGTERM act as Ctrl-C, unless the signal is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
         return
@@ -88,7 +88,7 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 @contextmanager
 def _one_line_warnings() -> Iterator[None]:
-    """Return a context in which each warning is printed as one line to standard error."""
+    """Return a context manager that prints each warning as one line to standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
         yield
@@ -117,7 +117,7 @@ def main() -> None:
     """Compute the motion of spinning tops.
 
     A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
-    input. As an output file, - is standard output.
+    input. An output file named - is standard output.
     """
 
 

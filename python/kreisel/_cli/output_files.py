@@ -68,9 +68,9 @@ def check_outputs(
 
 
 def _complete_name(place: OutputFile) -> OutputFile:
-    """Return `place`; if an archive's name has no ending .npz, the ending is appended.
+    """Return `place`, with the extension .npz appended if an archive's name lacks it.
 
-    Raises UsageError if the ending belongs to another format.
+    Raises UsageError if the extension belongs to another format.
     """
     _check_ending(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")

@@ -64,7 +64,7 @@ def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table as CSV in full precision, with a first line of names if `head` is True."""
+    """Return a table as CSV in full precision, with a header line of names if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -106,7 +106,7 @@ class PathCollector:
 
     @property
     def path(self) -> Path:
-        """The pieces joined to one path."""
+        """The pieces, joined into one path."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 
@@ -129,7 +129,7 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events, labelled by the texts with which the user requested them."""
+    """An output that collects events and labels each with the text of the user's request."""
 
     words: tuple[str, ...]
     degrees: bool
@@ -167,7 +167,7 @@ class EventCollector:
 
 
 class Summary:
-    """An output that prints a table of the states, and the energy error of all states."""
+    """An output that prints a table of the states, and the largest energy error of all states."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
         self._table = StateTable(angles, is_whole)

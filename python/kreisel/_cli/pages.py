@@ -55,7 +55,7 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
     The measurements use the scenes of the report, or the given SCENE.toml files. Run this command
-    in the top folder of the source tree, which contains the programs in validation/. The report
+    in the root folder of the source tree, because it needs the programs in validation/. The report
     takes minutes. In the source tree, --help describes these options in full:
 
     \b

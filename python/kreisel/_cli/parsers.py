@@ -47,7 +47,7 @@ def names(words: str) -> list[str]:
 
 
 def scene(word: str) -> Scene:
-    """Return the scene with the name `word`, or in the file `word`, where - is standard input."""
+    """Return the scene named `word` or stored in the file `word`; - is standard input."""
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
@@ -74,7 +74,7 @@ def _read_scene(word: str) -> Scene:
 
 
 def method(name: str) -> str:
-    """Return `name` if a method has this name."""
+    """Return `name` if it is the name of a method."""
     if name in methods or name in _AUTO:
         return name
     raise click.BadParameter(unknown_method_message(name))
@@ -115,7 +115,7 @@ A_SCENE = complete_one(about, files=True)
 
 @contextmanager
 def translate_errors(options: Collection[str]) -> Iterator[None]:
-    """Return a context that turns exceptions of the package into errors of a command.
+    """Return a context manager that turns exceptions of the package into errors of a command.
 
     Arguments in the messages are written as the options of the command.
     """

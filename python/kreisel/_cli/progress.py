@@ -29,7 +29,7 @@ class SignalHandler:
 
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
-        """Return a context in which a signal is only recorded and raises no exception."""
+        """Return a context manager that records signals, so that they raise no exception."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -52,7 +52,7 @@ class SignalHandler:
 
     @contextmanager
     def show_progress(self) -> Iterator[None]:
-        """Return a context in which a progress bar is shown if standard error is a terminal."""
+        """Return a context manager that shows a progress bar if standard error is a terminal."""
         console = Console(stderr=True)
         with (
             Progress(console=console, transient=True)

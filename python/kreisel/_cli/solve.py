@@ -210,7 +210,7 @@ def _solve_whole(
 def _run_in_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Return an iterator over the path of a run in pieces, without the times already passed."""
+    """Return an iterator over the pieces of a run's path, without the times already passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:

@@ -94,7 +94,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
 
 @contextmanager
 def _translate_folder_errors() -> Iterator[None]:
-    """Return a context that turns exceptions about the folder or the executor into CLI errors."""
+    """Return a context manager that turns errors of the folder or executor into CLI errors."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -105,7 +105,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 @contextmanager
 def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Return a context with the executor of the parts, or None for threads of this process."""
+    """Return a context manager for the executor of the parts, or for None to use threads."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -128,7 +128,7 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
 
 
 def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
-    """Report an exception of a thread, except InvalidStateError.
+    """Report an uncaught exception in a thread, but ignore InvalidStateError.
 
     A process pool can raise InvalidStateError while it shuts down, if a worker process ends after
     its task was cancelled.
@@ -144,10 +144,10 @@ def ignore_sigint() -> None:
 
 @contextmanager
 def _progress() -> Iterator[Watch | None]:
-    """Return a context with the function that updates a progress bar.
+    """Return a context manager for the function that updates a progress bar.
 
-    The context yields None if standard error is not a terminal. The remaining time is estimated
-    from the average speed since the start of the command.
+    It yields None if standard error is not a terminal. The remaining time is estimated from the
+    average speed since the start of the command.
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()

@@ -39,7 +39,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Times:
-    """A sequence of grids whose times lead away from 0 in one direction.
+    """A sequence of grids whose times all have the same sign and increase in magnitude.
 
     A single number is stored as a grid with one time.
     """

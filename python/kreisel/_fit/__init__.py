@@ -1,1 +1,1 @@
-"""Estimation of bodies and starts from measurements."""
+"""Estimation of bodies and their initial states from measurements."""

@@ -1,4 +1,4 @@
-"""Other spins that fit the records equally well if there are few samples per turn.
+"""Aliases of the spin, which fit the records equally well if there are few samples per turn.
 
 Rotations that differ by a whole turn between two samples cannot be distinguished.
 """
@@ -19,11 +19,12 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
-    """Return points with one turn more or less about an axis between two samples.
+    """Return points that turn once more or less about an axis between two samples.
 
-    The list is empty if no axis turns fast. A faster spin in the same direction is included only if
-    there are fewer than two samples per turn. If the moments are free, a second version of each
-    point has the moment that keeps the momentum about the axis.
+    The list is empty if the body does not turn fast about any of the axes. A faster spin in the
+    same direction is included only if there are fewer than two samples per turn. If the moments are
+    free, each point has a second version, in which the moment about the axis is changed so that the
+    momentum stays the same.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -40,7 +41,7 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
 
 
 def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield the direction of the velocity, and the principal axes with fast velocities."""
+    """Yield the direction of the angular velocity, and the principal axes with fast rotation."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
@@ -50,7 +51,7 @@ def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]
 
 
 def _keep_momentum(p: Parameters, alias: Point, axis: Array, factor: float) -> list[Point]:
-    """Return the alias with its moment about a principal axis multiplied by a factor, if free."""
+    """Return a copy of the alias with the moment about a principal axis scaled, if it is free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.has("moments") and is_principal and 0.0 < factor < np.inf):
@@ -62,7 +63,7 @@ def _keep_momentum(p: Parameters, alias: Point, axis: Array, factor: float) -> l
 
 
 def describe_alias(point: Point, alias: Point) -> str:
-    """Return a sentence about another start that fits the records equally well."""
+    """Return a sentence about another initial state that fits the records equally well."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "

@@ -1,4 +1,4 @@
-"""kreisel.fit: estimation of a body and its start from records of its motion."""
+"""kreisel.fit: estimation of a body and its initial state from records of its motion."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def fit(
     max_evaluations: int = 500,
     progress: Progress | None = None,
 ) -> Fit:
-    """Estimate the body and the start of a top from measurements of its motion.
+    """Estimate the body and the initial state of a top from measurements of its motion.
 
     scene     the known values, and a first guess of the values in `free`. If its motion disagrees
               with the records, another guess is computed from the records. For an Ensemble of
@@ -61,11 +61,11 @@ def fit(
               sum of squares per degree of freedom; an exception in it stops the fit
 
     During the search, the moments remain those of a rigid body, and friction remains nonnegative.
-    The search for `turning` and `shaking` begins at those of `scene`. On a turning support a
-    gyroscope measures "inertial_velocity", and "body_velocity" is relative to the support. Errors
-    are standard deviations to first order. They are enlarged if the residuals are larger than their
-    sigma or correlated. Parameters keep the values of the guess along directions that the records
-    do not determine. The result names these directions.
+    The search for `turning` and `shaking` begins at those of `scene`. On a turning support, a
+    gyroscope measures "inertial_velocity"; "body_velocity" is relative to the support. Errors are
+    standard deviations to first order. They are enlarged if the residuals are correlated or larger
+    than their sigma. Parameters keep the values of the guess along directions that the records do
+    not determine. The result names these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -83,7 +83,8 @@ def fit(
     parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
     can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
     with the best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
-    motion fits the records, and if residuals of a soft fit are larger than sigma explains.
+    motion fits the records, or if the residuals of a fit with the soft loss are larger than sigma
+    explains.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free(free), _parse_records(records)
@@ -138,7 +139,7 @@ def _better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _no_motion_error(session: SearchSession) -> Error:
-    """Return the error of the path from the first guess."""
+    """Return the exception that the first guess causes."""
     session.check_start()
     try:
         session.solve_guess()

@@ -1,4 +1,4 @@
-"""Paths of fitted motions, which may have several pieces and begin before the start."""
+"""Paths of fitted motions, which may have several pieces and begin before t = 0."""
 
 from __future__ import annotations
 

@@ -47,17 +47,17 @@ class Fit(ReadOnlyArrays):
     scene         the fitted scene
     records       the records
     names         names of the free parameters. The moments are the principal ones; vectors are
-                  seen from the frame of description, but turning from space
+                  given in the frame of description, but turning in space
     units         their dimensions in terms of M, L and T; empty for pure numbers and angles [rad]
-    values        {name: value}. The attitude is a rotation vector [rad]
+    values        {name: value}; the attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
-                  error of the attitude is that of a small rotation, seen from the body [rad]
+                  error of the attitude is that of a small rotation in the body frame [rad]
     moment_ratios  {"I1 / I3": (value, standard deviation)} of the moments to the last one; empty if
                   the moments are not free
     covariance    (k, k) in the order of `names`; infinite and NaN for infinite errors
     residuals     for each record {quantity: (n, ...) model minus measurement, in standard
                   deviations}; NaN where nothing was measured. q has 3 components, a rotation
-                  vector seen from the principal axes
+                  vector in principal-axis components
     sigma         for each record {quantity: standard deviation}, given or estimated
     chi2          sum of the squared residuals
     dof           degrees of freedom: the number of residuals minus the number of parameters
@@ -125,9 +125,9 @@ class Fit(ReadOnlyArrays):
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
 
-        The function returns a number or an array. Its derivatives are computed from differences.
-        The error is infinite if the function changes along a direction that the records do not
-        determine.
+        The function returns a number or an array. Its derivatives are computed from finite
+        differences. The error is infinite if the function changes along a direction that the
+        records do not determine.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.cusps
@@ -161,7 +161,7 @@ class Fit(ReadOnlyArrays):
         """Return an ensemble of n scenes, drawn at random with the covariance of the fit.
 
         Parameters do not vary along directions that the records do not determine. Moments, damping
-        and friction are cut off at their bounds.
+        and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)
@@ -250,7 +250,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return the fit of the best solution of a session."""
+    """Return the fit with the best solution of a search session."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)

@@ -1,4 +1,4 @@
-"""Directions of the parameters along which no residual changes, and their names.
+"""Directions of the parameters along which no residual changes, and their descriptions.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
 blind directions of a fit are compared with all generators. Those that match no generator are
@@ -28,7 +28,7 @@ Blocks = Mapping[str, Array]
 def describe_blind_directions(
     parameters: Parameters, point: Point, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
-    """Return a sentence for each column of `blind` (size, k), in natural units."""
+    """Return a sentence for each blind direction, a column of `blind` in natural units."""
     sentences: list[str] = []
     left = blind
     for sentence, change in _list_generators(parameters, point):
@@ -56,7 +56,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield the known changes that do not affect some measurements, with sentences."""
+    """Yield the known changes that leave some measurements unaffected, each with a sentence."""
     yield from _list_scales(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
@@ -78,7 +78,7 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
 def _yield_change_if_free(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the change of the given blocks if all of them are free."""
+    """Yield the change of the given parameter blocks if all of them are free."""
     if not all(p.has(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -88,7 +88,7 @@ def _yield_change_if_free(
 
 
 def _average_equal_moments(columns: Array, values: Array) -> Array:
-    """Return the coordinates of three numbers in groups of equal ones."""
+    """Return the mean of the values in each group of equal parameters, a column of `columns`."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
 
@@ -131,7 +131,7 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
 
 
 def _list_factors_of_torque(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
-    """Return the blocks that change by one factor with each factor of the torque of gravity."""
+    """Return the changes that scale the torque of gravity, one for each of its factors."""
     made = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},
@@ -178,7 +178,7 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
 
 
 def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield shifts of all clocks, and rotations of the principal axes against the start."""
+    """Yield shifts of all clocks, and rotations of the principal axes relative to the attitude."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start)
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]

@@ -66,7 +66,7 @@ class Guess(NamedTuple):
 
 
 class _Solution(NamedTuple):
-    """A solution of the linear equations, of which all but the vertical have a common factor."""
+    """A solution of the linear equations; all fields but the vertical share an unknown factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -83,7 +83,7 @@ class _EnergyLosses(NamedTuple):
 
 
 def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
-    """Return guesses: the measured start, with the body of the scene or a better one.
+    """Return guesses with the measured initial state, and with the scene's body or a better one.
 
     The list is empty if the records do not determine a motion.
     """
@@ -139,7 +139,7 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution)
 
 
 def _see_from_support(motion: MotionData, turning: Array) -> MotionData:
-    """Return a motion seen from the support, which agrees with the inertial frame at first."""
+    """Return the motion relative to a support that initially coincides with the inertial frame."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
@@ -153,7 +153,7 @@ def _friction_axis(base: Point) -> Array:
 
 
 def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
-    """Return the part of a motion before its spin about an axis is nearly zero."""
+    """Return the samples of a motion before its spin about `axis` is nearly zero."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
     return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
@@ -162,7 +162,7 @@ def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _apply_body(
     parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
 ) -> Point:
-    """Return the scene's point with the free parts of the body replaced by a solution."""
+    """Return the scene's point with the free parameters of the body taken from a solution."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -191,7 +191,7 @@ def _apply_body(
 def _start_at_zero(
     parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
 ) -> Point:
-    """Return the point whose motion has this state at the time `since`."""
+    """Return the point whose motion passes through the given state at the time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.has("attitude") else point.attitude,
@@ -214,9 +214,10 @@ def _start_at_zero(
 def _solve_equations(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
-    """Solve the equation of the momentum by the smallest singular vector of its columns.
+    """Solve the momentum equation by the singular vector of the smallest singular value.
 
-    Returns None if there are too few samples, and for a rotor if the principal axes are unknown.
+    Returns None if there are too few samples, or if the body has a rotor and its principal axes are
+    unknown.
     """
     rotor, is_full = base.rotor, motion.source == "space"
     if rotor.any() and is_full:
@@ -237,7 +238,7 @@ def _solve_equations(
 def _list_equation_columns(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> list[Array]:
-    """Return the columns (n, 3, k) of the moments, rotor, start, lever, damping and friction."""
+    """Return the columns of the equation, with a shape of (n, 3, k) for each of its terms."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _find_known_turning(motion, base)
     rate = motion.rate + turning @ rotation
@@ -264,9 +265,9 @@ def _list_equation_columns(
 
 
 def _find_known_turning(motion: MotionData, base: Point) -> Array:
-    """Return the turning of the support as far as the attitudes of the motion tell its direction.
+    """Return the components of the support's velocity that the attitudes allow to transform.
 
-    A motion that is seen from the inertial frame has none.
+    They are zero for a motion relative to the inertial frame.
     """
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
@@ -299,7 +300,7 @@ def _read_solution(
 
 
 def _inertia_columns(rate: Array, is_full: bool) -> Array:
-    """Return the matrices (n, 3, k) that give J W from the k numbers of J."""
+    """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
         made[:, k, k] = rate[:, k]
@@ -310,7 +311,7 @@ def _inertia_columns(rate: Array, is_full: bool) -> Array:
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
-    """Return the integrals of values (n, ...) from the first time, by trapezoids."""
+    """Return the integrals of `values` from the first to each time by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     made = np.zeros_like(values)
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
@@ -318,9 +319,9 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 
 
 def _match_axes(solution: _Solution, base: Point) -> Array:
-    """Return the principal axes of a solution, one a column, in the order of the scene's moments.
+    """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
-    Their signs are chosen so that the lever is as near as possible to the scene's centre of mass.
+    Their signs are chosen so that the centre of mass is as near as possible to the scene's.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))
@@ -374,11 +375,11 @@ def _mean_precession(trace: ApexTrace) -> float:
 
 
 def _list_nutations(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Return pairs (a, k) from the strongest lines of the height of the apex.
+    """Return pairs (a, k) from the strongest lines in the spectrum of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The rate w, in the space at
-    rest, is that seen from the support plus `turning`.
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The rate w is relative to the
+    inertial frame: `turning` plus the rate relative to the support.
     """
     height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace) + turning
     mean = float(np.clip(height.mean(), -1.0, 1.0))
@@ -430,9 +431,10 @@ def _guess_with_spin(
 
 
 def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of the instruments, and of the start at constant spin.
+    """Return the projection onto changes of the instruments, and of the state at constant spin.
 
-    The nutation then keeps its well-known frequency while the search finds its phase.
+    The frequency of the nutation, which is well known, then stays constant while the search finds
+    the phase.
     """
     allowed = np.eye(parameters.size)
     for name in parameters.free:
@@ -445,9 +447,9 @@ def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
 
 
 def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
-    """Return the local cubic fits of a trace and their derivatives.
+    """Return the values and derivatives of local cubic fits to a trace.
 
-    Source: A. Savitzky and M. Golay, Analytical Chemistry 36 (1964) 1627.
+    Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """
     half = _SMOOTHING // 2
     at = np.arange(-half, half + 1.0)

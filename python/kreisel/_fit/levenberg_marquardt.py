@@ -1,9 +1,9 @@
 """The method of Levenberg and Marquardt, in natural units, without steps in blind directions.
 
-In natural units the eigenvectors of J^T J with negligible eigenvalues are the directions in which
-no residual changes. Their components of a step are zero, so that the search does not drift.
-Sources: D. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; for the loss, SciPy's least_squares and
-B. Triggs and others, Bundle adjustment, 1999.
+In natural units, the eigenvectors of J^T J with negligible eigenvalues are the directions in which
+no residual changes. A step has no components along these directions, so that the search does not
+drift. Sources: Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss, SciPy's
+least_squares and Triggs and others, Bundle adjustment, 1999.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def compute_cost(residuals: Array, loss: LossName) -> float:
 
 
 def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
-    """Return the evaluation with each row multiplied by the root of its weight in the loss."""
+    """Return the evaluation with each row multiplied by the square root of its weight."""
     if loss == "linear":
         return evaluation
     weight = (1.0 + evaluation.residuals**2) ** -0.25
@@ -89,9 +89,9 @@ class Search(NamedTuple):
 
 
 def minimize(model: Model[P], point: P, search: Search) -> Minimum:
-    """Return the local minimum of the cost that a search from `point` finds.
+    """Search for a local minimum of the cost, beginning at `point`, and return it.
 
-    The search ends early if it is far from the records and hardly improves.
+    The search ends early if the residuals are large and hardly decrease.
     """
     evaluation = model.evaluate(point)
     best = Minimum(point, evaluation, _finite_cost(evaluation, search.loss), False)
@@ -119,7 +119,7 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
 
 
 def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
-    """Return True if most residuals are large. Outliers count with the linear loss only."""
+    """Return True if the residuals are large; for the soft loss, if most of them are."""
     residuals = found.evaluation.residuals
     if loss == "linear":
         return found.cost > _FAR * residuals.size

@@ -1,4 +1,4 @@
-"""The quantities that records may have."""
+"""The quantities that a record can contain."""
 
 from __future__ import annotations
 

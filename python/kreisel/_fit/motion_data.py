@@ -30,7 +30,7 @@ _TURN = 0.5  # angle between attitudes whose difference gives an angular velocit
 
 
 class MotionData(NamedTuple):
-    """The states (n, ...) at times t, seen from the principal axes of a point.
+    """The states at n times `t`, relative to the principal axes of a point.
 
     attitude     quaternions from the principal axes to space; only relative to the first one, or
                  only up to the axes of the body, depending on the source
@@ -54,7 +54,7 @@ class MotionData(NamedTuple):
 
 
 class ApexTrace(NamedTuple):
-    """Unit vectors (n, 3) along the apex at evenly spaced times."""
+    """The directions of the apex at n evenly spaced times, as an array of shape (n, 3)."""
 
     t: Array
     apex: Array
@@ -124,7 +124,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
 
 
 def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
-    """Return the longest stretch of whole rows without a pause, at distinct times."""
+    """Return the longest sequence of complete rows at distinct times, without a gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
@@ -143,7 +143,7 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
 def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
     """Return True for each row that is near the median of its neighbours.
 
-    Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.
+    Source: Hampel, Journal of the American Statistical Association 69 (1974) 383.
     """
     if len(values) < FEWEST:
         return np.ones(len(values), dtype=np.bool_)
@@ -166,7 +166,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Return the motion of attitudes, with velocities from attitudes that are far enough apart."""
+    """Return the motion with these attitudes; velocities come from pairs that are not too close."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
@@ -213,7 +213,7 @@ def _motion_seen_from_space(t: Array, velocity: Array) -> list[MotionData]:
 
 
 def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
-    """Return the attitudes that follow `first` by the mean of neighbouring angular velocities."""
+    """Return the attitudes obtained from `first` by integration of the angular velocities."""
     made = np.empty((len(t), 4))
     made[0] = first
     made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))

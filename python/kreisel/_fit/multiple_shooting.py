@@ -1,8 +1,8 @@
-"""Multiple shooting: pieces of a motion with their own starts, which must join without gaps.
+"""Multiple shooting: pieces of a motion with separate initial states, joined without gaps.
 
 The gaps between the pieces are residuals whose standard deviation decreases from stage to stage.
 Errors grow only within a piece, so that chaotic motions can be fitted over many Lyapunov times.
-Source: H. Bock, Recent advances in parameter identification techniques for ODE, 1983.
+Source: Bock, Recent advances in parameter identification techniques for ODE, 1983.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ _START = ("attitude", "velocity")
 
 
 class PieceStarts(NamedTuple):
-    """The starts of all pieces. The first piece has the values of all other parameters."""
+    """The initial states of all pieces. The first piece also has all other parameters."""
 
     points: tuple[Point, ...]
 
 
 def choose_pieces(point: Point, records: Sequence[Record]) -> int:
-    """Return a number of pieces so large that errors grow little within a piece."""
+    """Return a number of pieces for which errors grow little within a piece."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -66,8 +66,8 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
 class ShootingModel:
     """The residuals of all pieces and of the gaps between them.
 
-    The first columns are the parameters of the first piece, followed by the starts of the other
-    pieces.
+    The first columns are the parameters of the first piece, followed by the initial states of the
+    other pieces.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class ShootingModel:
         self.rows.append(np.concatenate(rows))
 
     def _number_columns(self) -> list[Indices]:
-        """Return the columns of the parameters of each piece."""
+        """Return the indices of the columns that belong to the parameters of each piece."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
             columns = np.empty(model.parameters.size, dtype=np.intp)
@@ -217,7 +217,7 @@ def minimize_by_shooting(
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum in which the pieces join, from a search with smaller gaps in each stage.
+    """Return the minimum at which the pieces join; each stage of the search reduces the gaps.
 
     The search ends early if the records disagree even with pieces that need not join.
     """
@@ -242,4 +242,4 @@ def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) ->
 
 
 def _ignore(_: Minimum) -> None:
-    """Ignore a minimum in which the pieces do not join."""
+    """Ignore a minimum at which the pieces do not join."""

@@ -17,7 +17,7 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 
 def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
-    """Return the standard deviation (n, width) of each series: as given, or from its values."""
+    """Return the standard deviations of each series, as given or estimated from its values."""
     made: list[Array] = []
     for record in records:
         for series in record.series:

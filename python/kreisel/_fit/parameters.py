@@ -1,9 +1,9 @@
 """Free parameters of a fit: their blocks, bounds, natural sizes, names and units.
 
 The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial is a rigid
-body. A plate has one of a, b, c equal to zero. Rotations move by small rotations from the current
-one, so that the coordinates of rotations have no singular points.
-Source: C. Rucker and P. Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
+body. A plate has one of a, b, c equal to zero. An attitude changes by a small rotation from its
+current value, so that its coordinates have no singular points. Source: Rucker and Wensing, IEEE
+Robotics and Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The values of all parameters, free or not, seen from the principal axes.
+    """The values of all parameters, free or not; vectors have principal-axis components.
 
     attitude     quaternion from the principal axes to space
     rate         angular velocity relative to the support
@@ -129,7 +129,7 @@ class Point:
 
     @cached_property
     def velocity_at_rest(self) -> Array:
-        """The angular velocity in the inertial frame, seen from the principal axes."""
+        """The angular velocity relative to the inertial frame, in principal-axis components."""
         if not self.is_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
@@ -137,12 +137,12 @@ class Point:
 
     @cached_property
     def momentum(self) -> Array:
-        """The angular momentum, seen from the principal axes."""
+        """The angular momentum, in principal-axis components."""
         made: Array = self.moments * self.velocity_at_rest + self.rotor
         return made
 
     def find_rate(self, q: Array, m: Array) -> Array:
-        """Return the angular velocity relative to the support in a state of the motion."""
+        """Return the angular velocity relative to the support for a state of the motion."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
@@ -152,7 +152,7 @@ class Point:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, whose start is at the time `since`."""
+        """Return the scene in its principal axes, with its initial state at the time `since`."""
         body = Body(
             self.mass,
             self.moments,
@@ -180,7 +180,7 @@ class Point:
         return advance_shaking((amplitude, rate, phase), t)
 
     def acceleration_at(self, t: Array) -> Array:
-        """Return the acceleration along -e3 at times t, by gravity and by the shaking."""
+        """Return the acceleration along -e3 at times t that is due to gravity and the shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         return made
@@ -219,7 +219,7 @@ def _is_physical(point: Point) -> bool:
 
 
 def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the blocks of free parameters in a fixed order; "start" is attitude and velocity."""
+    """Return the free blocks in a fixed order; "start" stands for attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -236,7 +236,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal(values: Array) -> Array:
-    """Return (3, groups): a column for each group of equal numbers."""
+    """Return a matrix with three rows and one column of ones for each group of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -280,7 +280,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_support(self, length: float) -> None:
-        """Raise ValueError for a support or friction without derivatives by the free parameters."""
+        """Raise ValueError if support or friction make derivatives impossible."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -308,13 +308,13 @@ class Parameters:
         self.size += count
 
     def _count_numbers(self, name: str) -> int:
-        """Return the number of free numbers of a parameter."""
+        """Return the number of free components of a parameter."""
         if name in ("moments", "damping"):
             return int((self.moments if name == "moments" else self.damping).shape[1])
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the columns of a property of an instrument, and return its first values."""
+        """Add the columns of a property of an instrument, and return its initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add(key, 3 if name == "mounting" else 1)
@@ -334,7 +334,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move(self, point: Point, step: Array) -> Point:
-        """Return the point after a step (size,), cut off at the bounds."""
+        """Return the point moved by `step` (an array of shape (size,)), clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -364,7 +364,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _bound_shaking(self, shaking: Array, before: Point) -> Array:
-        """Return the same shaking with an amplitude of the scene's sign, and a positive rate."""
+        """Return the equivalent shaking with a positive rate and the scene's sign of amplitude."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -383,7 +383,7 @@ class Parameters:
         return made
 
     def distances(self, point: Point) -> Array:
-        """Return the distances (size,) of the parameters to their lower bounds."""
+        """Return the distance of each parameter to its lower bound."""
         made = np.full(self.size, np.inf)
         for name, columns, values in (
             ("moments", self.moments, point.densities),
@@ -396,12 +396,12 @@ class Parameters:
         return made
 
     def moments_by_step(self) -> Array:
-        """Return the derivative (3, groups) of the moments with respect to the free densities."""
+        """Return the Jacobian matrix of the moments with respect to the free densities."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
     def natural_sizes(self, point: Point, span: float) -> Array:
-        """Return the size (size,) of a significant change of each parameter.
+        """Return the magnitude of a significant change of each parameter.
 
         span  the length of the records [T]
         """
@@ -442,7 +442,7 @@ class Parameters:
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
         """Return the scene in its principal axes, with a positive friction if friction is free.
 
-        There are no derivatives with respect to friction where it is 0.
+        At zero friction, derivatives with respect to friction do not exist.
         """
         if self.has("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
@@ -499,7 +499,8 @@ class Parameters:
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters in the form shown to users.
 
-        The last item is the derivative (size, size) of the values with respect to a step.
+        The last item is the derivative of the values with respect to a step, a matrix of shape
+        (size, size).
         """
         names: list[str] = []
         units: list[str] = []

@@ -1,4 +1,4 @@
-"""Quantities along the motion of a point, and their derivatives for the free parameters.
+"""Predicted quantities along the motion of a point, with their derivatives.
 
 The core differentiates with respect to the attributes of a scene. The chain rule gives the
 derivatives with respect to the parameters of a fit. Vectors fixed in the body have components in
@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """The values (n, k) of a quantity, and its derivatives, which are empty if not requested.
+    """The values of a quantity, and its derivatives, which are empty if not requested.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time
@@ -53,8 +53,8 @@ class Motion:
     states     (n, 8)
     tangents   (n, 6, c) by the numbers of the scene, or (n, 6, 0)
     bits       the numbers of the scene
-    transform  (c, size) derivatives of these numbers by the free parameters
-    has_rate   True if derivatives by time are needed
+    transform  (c, size) derivatives of these numbers with respect to the free parameters
+    has_rate   True if time derivatives are needed
     origin     the time of the motion at which the scene begins
     """
 
@@ -82,13 +82,13 @@ class Motion:
 
     @cached_property
     def attitude_by(self) -> Array:
-        """The derivatives (n, 3, size) of the attitude, as rotation vectors in principal axes."""
+        """The derivatives of the attitude, as rotation vectors with principal-axis components."""
         made: Array = self.tangents[:, :3] @ self.transform
         return made
 
     @cached_property
     def flow(self) -> Array:
-        """The rates of change (n, 6) of the attitude, as a rotation vector, and of m."""
+        """The time derivatives of the attitude, as a rotation vector, and of the momentum m."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
         change = values("body_acceleration", self.block, self.states)
@@ -99,7 +99,7 @@ class Motion:
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
-        """Return a quantity; `place` is the position of the accelerometer, for specific_force."""
+        """Return the prediction of a quantity; specific_force is predicted at the point `place`."""
         if name == INERTIAL_VELOCITY.name:
             return self._to_frame_of_description(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
@@ -129,7 +129,7 @@ class Motion:
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
-        """Return the core's derivatives (n, k, c) of a quantity, with zeros where none exist."""
+        """Return the derivatives of a quantity from the core, with zeros where none exist."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c
@@ -146,7 +146,7 @@ class Motion:
         return made
 
     def _to_frame_of_description(self, seen: Prediction) -> Prediction:
-        """Return a vector seen from the frame of description instead of the principal axes."""
+        """Transform a vector from the principal axes to the frame of description."""
         if self._is_described_in_principal_axes:
             return seen
         by = self.axes @ seen.by if seen.by.size else seen.by
@@ -183,7 +183,7 @@ class Motion:
         return Prediction(found, by, along)
 
     def _differentiate_weight(self, t: Array) -> Iterator[tuple[str, Array]]:
-        """Yield the derivatives (n, k) of the acceleration along -e3 by its free parameters."""
+        """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
         if self.parameters.has("gravity"):
             yield "gravity", np.ones((len(t), 1))
         if self.parameters.has("shaking"):
@@ -199,7 +199,7 @@ class Motion:
 
     @cached_property
     def _support_velocity(self) -> Prediction:
-        """The angular velocity of the support, seen from the principal axes."""
+        """The angular velocity of the support, in principal-axis components."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
@@ -210,14 +210,14 @@ class Motion:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the inertial frame, seen from the principal axes."""
+        """Return the angular velocity in the inertial frame, in principal-axis components."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
         return Prediction(*map(np.add, relative, self._support_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
-        """Return the derivative U' + O x U by time of the inertial velocity U + O."""
+        """Return the time derivative U' + O x U of the inertial velocity U + O."""
         relative = self._call_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
@@ -233,7 +233,7 @@ class Motion:
         return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Return the angle by which the frame of description, not the principal axes, is turned."""
+        """Return the spin angle of the frame of description rather than of the principal axes."""
         p, axes, n = self.parameters, self.axes, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()

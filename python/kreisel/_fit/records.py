@@ -73,7 +73,7 @@ class Series(NamedTuple):
 
     @property
     def width(self) -> int:
-        """The number of residuals of a row: 3 for an attitude, whose residual is a rotation."""
+        """The number of residuals per row; 3 for an attitude, the components of a rotation."""
         return 3 if self.is_attitude else self.values.shape[1]
 
     @property
@@ -115,7 +115,7 @@ class Record(ReadOnlyArrays):
 
     The quantities are those of a path and `specific_force`. The specific force is the acceleration
     of `point` minus that of gravity, in the body frame [L T^-2]. At rest, it points up and has the
-    magnitude of gravity. A gyroscope measures body_velocity, or on a turning support
+    magnitude of gravity. A gyroscope measures body_velocity or, on a turning support,
     inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
@@ -193,7 +193,7 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> Record:
-        """Read a record from a CSV file whose first line has the names of the columns.
+        """Read a record from a CSV file whose first line contains the names of the columns.
 
         columns  {quantity: names of its columns}, as in {"body_velocity": ("wx", "wy", "wz")}. The
                  default is all columns except t, which then have names such as body_velocity_x
@@ -221,8 +221,8 @@ class Record(ReadOnlyArrays):
     ) -> Record:
         """Return a record of the columns of a pandas.DataFrame.
 
-        The arguments are as in kreisel.Record.from_csv. If there is no column `t`, an index of this
-        name has the times. Raises TypeError for objects other than a DataFrame.
+        The arguments are as in kreisel.Record.from_csv. If there is no column `t`, the times are
+        taken from an index of this name. Raises TypeError for objects other than a DataFrame.
         """
         times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)

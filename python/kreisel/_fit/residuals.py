@@ -1,4 +1,4 @@
-"""Residuals of records, in standard deviations, and their derivatives for the free parameters."""
+"""Residuals of records, in standard deviations, with derivatives by the free parameters."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _FEWEST_STEPS = 1000
 
 
 class Evaluation(NamedTuple):
-    """The residuals (n,) of a point and, if it was requested, their derivatives (n, size)."""
+    """The residuals of a point and, if requested, their derivatives (the Jacobian matrix)."""
 
     residuals: Array
     jacobian: Array
 
 
 class EndState(NamedTuple):
-    """The state at the end of a piece, q (4,) and m (3,), and its derivatives (6, size)."""
+    """The attitude q and momentum m at the end of a piece, and their derivatives."""
 
     q: Array
     m: Array
@@ -79,12 +79,12 @@ class Rows:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
     def residuals_of_series(self, residuals: Array) -> Array:
-        """Return the residuals (n, width) of the series."""
+        """Return the residuals of the series, as an array of shape (n, width)."""
         return residuals[self.at].reshape(self.shape)
 
 
 def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Rows, ...]:
-    """Return the rows of all series of the records, with one array of sigmas for each."""
+    """Return a Rows object for each series of the records, given the sigmas of each series."""
     made: list[Rows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -172,7 +172,7 @@ class ResidualModel:
         return Evaluation(residuals, jacobian)
 
     def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
-        """Return the distinct times, and the indices of the times of each record in them."""
+        """Return the distinct times of all records, and the indices of each record's times."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
@@ -195,7 +195,7 @@ class ResidualModel:
     def _solve_both_sides(
         self, scene: Scene, t: Array, tangents: tuple[str, ...]
     ) -> tuple[Array, Array]:
-        """Return the states and tangents at increasing times, which may begin before the start."""
+        """Return the states and tangents at increasing times, which may be negative."""
         self.evaluations += 1
         back = int(np.searchsorted(t, 0.0))
         parts: list[Path] = []
@@ -221,7 +221,7 @@ class ResidualModel:
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
     def _scene_by_parameters(self, point: Point) -> Array:
-        """Return the derivatives (c, size) of the scene's attributes for the parameters."""
+        """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
@@ -314,7 +314,7 @@ class _RowBuilder:
         return Prediction(found.values @ self.view.T, by, rate)
 
     def differentiate(self) -> Array:
-        """Return the derivatives (n, width, size)."""
+        """Return the derivatives of the residuals, as an array of shape (n, width, size)."""
         if self.rows.series.is_attitude:
             made = self._differentiate_attitudes()
         else:

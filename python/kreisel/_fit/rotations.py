@@ -1,7 +1,7 @@
 """Rotations of many vectors at once: exponential, logarithm and their derivatives.
 
-Source: J. Sola, J. Deray and D. Atchuthan, A micro Lie theory for state estimation in robotics,
-2018 (arXiv:1812.01537).
+Source: Sola, Deray and Atchuthan, A micro Lie theory for state estimation in robotics, 2018
+(arXiv:1812.01537).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def exponential(v: Array) -> Array:
 
 
 def logarithm(q: Array) -> Array:
-    """Return the rotation vectors (..., 3) of unit quaternions, of length 0 .. pi [rad]."""
+    """Return the rotation vectors (..., 3) of unit quaternions, with lengths from 0 to pi [rad]."""
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2.0 * np.arctan2(sine, q[..., :1])
@@ -76,8 +76,9 @@ def rotation_matrix(q: Array) -> Array:
 def quaternion_of_matrix(matrix: Array) -> Array:
     """Return the unit quaternion of a rotation matrix (3, 3).
 
-    Source: I. Bar-Itzhack, J. Guid. Control Dyn. 23 (2000) 1085: the eigenvector of the largest
-    eigenvalue of a symmetric matrix, which is accurate for all angles.
+    The quaternion is the eigenvector with the largest eigenvalue of a symmetric matrix, which is
+    accurate for all angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23
+    (2000) 1085.
     """
     m, k = matrix, np.zeros((4, 4))
     k[0, 0] = np.trace(m)

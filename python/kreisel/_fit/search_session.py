@@ -81,7 +81,7 @@ class Solution(NamedTuple):
 
 
 class SubspaceModel:
-    """A model in which the parameters move only in the directions of a projection."""
+    """A model in which the parameters change only within the subspace of a projection."""
 
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
@@ -137,9 +137,9 @@ class SearchSession:
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_start(self) -> None:
-        """Raise ValueError if no motion fits, and friction holds the scene's top at its start.
+        """Raise ValueError if no motion fits, and friction holds the top in its initial state.
 
-        Many earlier motions then lead to the same start.
+        Many earlier motions then end in this state.
         """
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
@@ -153,7 +153,7 @@ class SearchSession:
                 ) from None
 
     def check_records(self) -> None:
-        """Raise ValueError for too few numbers, and for records far from the start at t = 0."""
+        """Raise ValueError for too few numbers, and for records that begin long after t = 0."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -232,8 +232,8 @@ class SearchSession:
     def _search_slowly(self, point: Point) -> None:
         """Search from the scene's body on slowly growing parts of the records.
 
-        The phases of all oscillations are then never lost. A first guess would not do, because
-        noise biases its moments and thus its frequencies.
+        The search then never loses the phase of an oscillation. The body of a first guess is not
+        used, because noise biases its moments and thus its frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -246,13 +246,13 @@ class SearchSession:
         self._search_from(own, 0.0)
 
     def _fit_guess(self, guess: Guess) -> Point:
-        """Return the point of a guess after a search in its allowed directions."""
+        """Return the point of a guess, improved by a search in its allowed directions."""
         if guess.allowed is None:
             return guess.point
         return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
-        """Return chi2 per degree of freedom, or for the soft loss its estimate from the median."""
+        """Return chi2 per degree of freedom; for the soft loss, an estimate from the median."""
         if self.best is None:
             return np.inf
         if self.loss == "linear":
@@ -264,10 +264,10 @@ class SearchSession:
         return self._measure_misfit() <= _FITS
 
     def _is_excellent(self) -> bool:
-        """Return True if the residuals are as small as their noise.
+        """Return True if the residuals are as small as the noise.
 
-        With outliers, the residuals of a wrong motion may be as small as those of the right one, so
-        that all guesses are tried.
+        With the soft loss, the result is always False, because a wrong motion may agree with all
+        records but the outliers.
         """
         if self.loss == "soft":
             return False
@@ -281,7 +281,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_excess(self) -> float:
-        """Return the size of the residuals of a soft fit in sigmas, or 0 if it is plausible."""
+        """Return the typical residual of a fit with the soft loss, in sigmas, or 0 if plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
@@ -295,7 +295,7 @@ class SearchSession:
         return Search(self.loss, limit, ftol, report)
 
     def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
-        """Keep a minimum of the whole records if it is the best, and report the progress."""
+        """Store a minimum for the whole records if it is the best so far; report the progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
@@ -320,10 +320,9 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign(self) -> None:
-        """Replace the best point by its twin if the twin's centre of mass is on the scene's side.
+        """Reverse the centre of mass if it is then on the same side as that of the scene.
 
-        Reversing both the centre of mass and the vertical does not change what an instrument on the
-        body measures.
+        If the vertical is reversed too, instruments on the body measure the same values.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -335,9 +334,9 @@ class SearchSession:
             self._choose_twin(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _choose_heading(self) -> None:
-        """Turn the best point about the vertical to the direction of the scene's turning.
+        """Rotate the best point about the vertical so that its turning agrees with the scene's.
 
-        Instruments on the body cannot measure this direction.
+        Instruments on the body cannot measure this rotation.
         """
         p, best = self.parameters, self.best
         if best is None or best.pieces or not (p.has("attitude") and p.has("turning")):
@@ -352,7 +351,7 @@ class SearchSession:
         self._choose_twin(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _choose_twin(self, best: Solution, twin: Point) -> None:
-        """Replace the best solution by a twin that fits as well."""
+        """Replace the best solution by the equivalent point `twin` if it fits as well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
@@ -360,7 +359,7 @@ class SearchSession:
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_aliases(self) -> None:
-        """Search from other spins that may fit equally well; keep a clearly better result."""
+        """Search from aliases of the spin that may fit as well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -421,14 +420,14 @@ class SearchSession:
         return found.point
 
     def _model_up_to(self, horizon: float) -> ResidualModel | None:
-        """Return the residuals up to a time from the start, or None for too few numbers."""
+        """Return the residuals for |t| <= horizon, or None if there are too few measurements."""
         records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
     def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the records up to a time before and after the start, and their sigmas."""
+        """Return the records for |t| <= horizon, and their sigmas."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
@@ -438,9 +437,10 @@ class SearchSession:
         return records, sigmas
 
     def _find_agreement(self, point: Point) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and its soft cost.
+        """Return the time up to which a motion agrees with the records, and its cost.
 
-        The time is at most that of the last measurement.
+        The time is at most that of the last measurement, and the cost is computed with the soft
+        loss.
         """
         found = self.model.evaluate(point, has_jacobian=False)
         if not np.isfinite(found.residuals).all():
@@ -480,7 +480,7 @@ class SearchSession:
     def _agrees_with_any(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of some guess agrees with all records.
 
-        Other guesses may be so wrong that only their motions seem chaotic.
+        If so, the motions of other guesses may seem chaotic only because these guesses are wrong.
         """
         return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
@@ -497,7 +497,7 @@ class SearchSession:
     def _minimize_by_shooting(
         self, model: ShootingModel, begin: PieceStarts, factor: float
     ) -> None:
-        """Search with the motion in pieces; keep costs below `factor` times the best one."""
+        """Search with the motion in pieces; keep a result below `factor` times the best cost."""
         before = self.best
         self.best = None
         found = minimize_by_shooting(
@@ -551,7 +551,7 @@ class SearchSession:
             self._search_from(best.point, self._end)
 
     def measure_share(self) -> float:
-        """Return the size of the residuals relative to that of the values, or to 1 rad."""
+        """Return the magnitude of the residuals relative to that of the values, or to 1 rad."""
         assert self.best is not None
         shares = [
             rows.residuals_of_series(self.best.residuals)[rows.mask]
@@ -579,7 +579,7 @@ class SearchSession:
 
 
 def _find_disagreement(rows: Rows, found: Evaluation, t: Array) -> float:
-    """Return the first time at which the residuals of a series exceed a part of their spread."""
+    """Return the first time at which the residuals of a series exceed a fraction of its spread."""
     measured = rows.mask.any(axis=1)
     if not measured.any():
         return np.inf

@@ -86,7 +86,7 @@ def format_summary(fit: FitValues) -> str:
 
 
 def format_html(fit: FitValues) -> str:
-    """Return a table of the parameters, between the same sentences as in the text."""
+    """Return the summary as HTML, with the parameters in a table."""
     head, *sentences = [
         f"<p>{escape(text)}</p>" for text in (_format_head(fit), *_list_sentences(fit))
     ]
@@ -112,7 +112,7 @@ def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
 
 
 def format_value(value: float, error: float) -> str:
-    """Return a value and its error with the digits that the error leaves."""
+    """Return the text of a value and its error, with as many digits as are significant."""
     if not math.isfinite(error):
         return "not identified"
     if not error > 0.0:

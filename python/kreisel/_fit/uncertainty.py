@@ -3,8 +3,8 @@
 If chi2 per degree of freedom is larger than chance explains, the errors are multiplied by its
 square root. If neighbouring residuals have the correlation r, they are also multiplied by
 sqrt((1 + r) / (1 - r)).
-Sources: G. Box, G. Jenkins and G. Reinsel, Time Series Analysis, for correlated residuals; P. Huber
-and E. Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated residuals; Huber and
+Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The directions that the residuals determine, and the others, in natural units.
+    """The directions that the residuals determine, and the blind directions, in natural units.
 
     natural  (size,) the natural sizes of the parameters factor   (size, k) whose product with its
     transpose is the covariance blind    (size, l) unit vectors along the changes that do not affect
@@ -138,10 +138,10 @@ def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
 def measure_nonlinearity(
     model: ResidualModel, point: Point, residuals: Array, spectrum: Spectrum, inflation: float
 ) -> float:
-    """Return the deviation from 1 of the rise of chi2 at one sigma, relative to a linear model.
+    """Return how much the increase of chi2 at one sigma differs from 1, that of a linear model.
 
-    The rise is taken along the least certain direction, in the sense with the larger deviation
-    within the bounds. One sigma includes the inflation of the errors.
+    The increase is measured along the least certain direction. Of its two senses, the one with the
+    larger deviation within the bounds is used. One sigma includes the inflation of the errors.
     """
     if not spectrum.factor.size:
         return 0.0

@@ -88,7 +88,7 @@ class Batch(Generic[_M]):
         ]
 
     def _forget_variation(self) -> Self:
-        """Forget which parameters vary, and the names of the dimensions."""
+        """Clear the cached names of the varying parameters and of the dimensions."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
 

@@ -316,7 +316,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     @classmethod
     def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
-        """Build bodies from a list, or return the first body if all are equal."""
+        """Build bodies from a list, or return the first body if all bodies are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first

@@ -1,4 +1,4 @@
-"""Bodies: mass, inertia and centre of mass as described by the user, and their principal axes."""
+"""Bodies: mass, inertia and centre of mass as given by the user, and the principal axes."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Body(BodyConstructors):
         *,
         mass: float | None = None,
     ) -> Self:
-        """Build a homogeneous cuboid from half its edges [L] and its density or mass.
+        """Build a homogeneous cuboid from half its edge lengths [L] and its density or mass.
 
         half     half the lengths of the edges along the three axes [L]
         pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
@@ -250,7 +250,7 @@ class Body(BodyConstructors):
         return _join_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
 
     def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
-        """Return the body with another rotor in it.
+        """Return a copy of the body with an additional rotor.
 
         spin     angular velocity of the rotor relative to the body, about `axis` [T^-1]. A motor
                  keeps it constant
@@ -321,7 +321,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _near_kind(self) -> str:
-        """Text about a kind that the body has only to a tolerance of up to 1e-8, or empty text."""
+        """Text about a kind that the body almost has (relative deviation 1e-8 or less), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0

@@ -40,7 +40,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class EnsembleData(Batch[S]):
-    """The data of kr.Ensemble: bodies, and columns of starts and environments."""
+    """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies

@@ -1,6 +1,6 @@
 """The environment of a top: gravity, damping, the motion of the support, and friction.
 
-It comprises all parameters of a scene except its body and its start.
+The environment comprises all parameters of a scene except the body and the initial state.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def check_friction(given: object) -> float:
 
 
 def advance_shaking(shaking: Vector, t: float) -> Vector:
-    """Return the shaking of a scene whose start is at the time `t` of another scene.
+    """Return the shaking of a scene that starts at the time `t` of another scene.
 
     The phase at `t` is computed with rational numbers, and rounded once.
     """
@@ -127,8 +127,9 @@ def refuse_disturbances(
 ) -> None:
     """Raise ValueError if a scene or an ensemble has disturbances that are not in `allowed`.
 
-    The message is `what`, their names, and the reason or alternative. For supports that turn about
-    e3, the suggested alternative is the same motion seen from the inertial frame.
+    The message consists of `what`, the names of the disturbances, and the reason or an alternative.
+    For supports that turn about e3, the suggested alternative is the same motion in the inertial
+    frame.
     """
     found = [name for name in list_disturbances(tops) if name not in allowed]
     if not found:
@@ -142,7 +143,7 @@ def refuse_disturbances(
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
     """Return the parameters of the environments of many tops, and their columns by name.
 
-    The parameters are gravity, damping, and the other ones that are not None.
+    The parameters are gravity, damping, and all others that are not None.
     """
     down, (drag, along) = parse_parameter("gravity", given.gravity), _parse_dampings(given.damping)
     told, columns = [down, drag], {"gravity": down.values, "damping": along}

@@ -66,7 +66,7 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
 
 
 def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Return a text on the inequality of rigid bodies that the principal moments violate."""
+    """Return a text that describes the triangle inequality violated by the principal moments."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:

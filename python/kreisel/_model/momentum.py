@@ -21,8 +21,8 @@ def angular_momentum(
     """Return the momentum in space for the value `v` of the parameter `name` at the attitude `q`.
 
     The body has the principal moments `moments` along the principal axes `axes`, and a rotor with
-    the momentum `rotor` along these axes. The support turns with the angular velocity `turning` in
-    space, to which velocities are relative. Zero components of `rotor` and `turning` must be -0.0,
+    the momentum `rotor` along these axes. Velocities are relative to the support, which turns with
+    the angular velocity `turning` in space. Zero components of `rotor` and `turning` must be -0.0,
     because adding -0.0 changes no number.
     """
     if name == "momentum":

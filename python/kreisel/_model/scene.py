@@ -1,4 +1,4 @@
-"""Scenes: a body, gravity, and the state at the start, t = 0."""
+"""Scenes: a body, its environment, and its state at t = 0."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ class Scene:
 
     @cached_property
     def _is_disturbed(self) -> bool:
-        """True with damping, friction, or a support that moves."""
+        """True if the top has damping, friction, or a support that moves."""
         return self._is_losing_energy or self._is_shaken or any(self.turning)
 
     @property
@@ -173,7 +173,7 @@ class Scene:
 
     @cached_property
     def _safe_horizon(self) -> float:
-        """A time [T] up to which `check_horizon` certainly raises no error."""
+        """A time [T] up to which `check_horizon` is certain to raise no error."""
         return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property
@@ -201,14 +201,18 @@ class Scene:
         """Return an ensemble of this scene in which some parameters vary.
 
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
+
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
-          these four is given, the momentum in space stays the same
-        - Body: mass, inertia, com, rotor. Momentum and attitude stay the same
+          these four is given, the momentum in space stays the same.
+
+        - Body: mass, inertia, com, rotor. Momentum and attitude stay the same.
+
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
-          are taken from the scene
-        - Scene.from_euler: angles, rates. A missing one is taken from the scene
+          are taken from the scene.
+
+        - Scene.from_euler: angles, rates. A missing one is taken from the scene.
 
         `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
         dimension of the ensemble, the dimension has the name of this parameter: see tops.axes and
@@ -231,7 +235,7 @@ class Scene:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Ensemble:
-        """Return an ensemble of `n` uncertain starts: this scene with normally distributed errors.
+        """Return an ensemble of `n` copies of this scene with normally distributed errors.
 
         momentum  standard deviation of the momentum in space [M L^2 T^-1]: one number for all
                   components, or 3
@@ -240,8 +244,8 @@ class Scene:
                   of the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
-        Top i depends only on `seed` and i, but not on `n`. The errors of one parameter do not
-        depend on the standard deviations of the other parameters.
+        Top i depends only on `seed` and i, not on `n`. The errors of one parameter do not depend on
+        the standard deviations of the other parameters.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -266,10 +270,10 @@ class Scene:
     ) -> Self:
         """Build a scene from Euler's angles z-x-z (precession, nutation, spin) and their rates.
 
-        The angles are path.precession_angle, .nutation and .spin_angle at the start [rad], and the
-        rates are their derivatives [T^-1]. Precession is a rotation about e3, nutation about the
-        line of nodes, and spin about the apex, the direction of the centre of mass. If the apex is
-        the third axis of the frame of description, the attitude is
+        The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
+        rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation about
+        the line of nodes, and spin about the apex, the direction of the centre of mass. If the apex
+        is the third axis of the frame of description, the attitude is
 
             Rz(precession) Rx(nutation) Rz(spin).
 

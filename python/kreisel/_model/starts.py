@@ -1,16 +1,17 @@
-"""Starts with a given energy and vertical momentum, as needed for Poincaré sections.
+"""Initial states with a given energy and vertical momentum, for example for Poincaré sections.
 
 Let P be the vertical and M the momentum, both in principal axes, and J the inertia. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). Hence a start exists for each P with U(P) <= energy and for
-each direction of w. The energy determines the length of w, which is computed without cancellation.
+is the amended potential (Smale 1970). Hence an initial state exists for each P with U(P) <= energy
+and for each direction of w. The energy determines the length of w, which is computed without
+cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
-energy surface is dP dalpha / sqrt(<P, J P>), and random starts are drawn from this distribution.
-The height of the apex, <apex, P>, is stationary for the two directions of w that are orthogonal to
-J^-1 (apex x P).
+energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are drawn from this
+distribution. The height of the apex, <apex, P>, is stationary for the two directions of w that are
+orthogonal to J^-1 (apex x P).
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class _EnergySurface(NamedTuple):
         return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def angle_at_rest(self, P: Array, apex: Array) -> Array:
-        """Return one of the two angles alpha at which the apex neither rises nor falls."""
+        """Return one of the two angles alpha for which the height of the apex is stationary."""
         first, second = self._momentum_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
@@ -77,7 +78,7 @@ class _EnergySurface(NamedTuple):
     def lower_bound(self, P: Array, reach: Array) -> Array:
         """Return a lower bound of U within the angle `reach` of P.
 
-        The bound follows from the slope of U at P and from a bound of the curvature of U.
+        The bound follows from the slope of U at P and from a bound on the curvature of U.
         """
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
@@ -99,8 +100,8 @@ class _EnergySurface(NamedTuple):
     def _newton_minimum(self, P: Array) -> float:
         """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so that it leads downhill. Of several
-        halved step lengths, the one with the smallest U is used.
+        Each step uses the absolute values of the curvatures, so that U decreases along the step. Of
+        several halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -148,7 +149,7 @@ def starts(
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
     Each attitude is the shortest rotation from the upright position, since neither energy nor
-    vertical momentum depends on the heading. Raises ValueError if no start exists; the message
+    vertical momentum depends on the heading. Raises ValueError if no such state exists; the message
     contains the least possible energy. Also raises ValueError for a body with a rotor.
 
     >>> import kreisel as kr
@@ -202,7 +203,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
 def _grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Return the verticals, in principal axes, and the angles alpha of starts on a grid."""
+    """Return a grid of verticals, in principal axes, and of angles alpha."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
@@ -313,7 +314,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations (n, 4) that make P the vertical in the frame of the body."""
+    """Return the shortest rotations (n, 4) that turn P, a vector in the body frame, to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation

@@ -1,4 +1,4 @@
-"""Turning points of the apex by the closed form, as roots of a cubic polynomial."""
+"""Turning points of the apex from the closed form, as roots of a cubic polynomial."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The choice of the method 'auto' between a closed form on a torus and the Taylor series."""
+"""The choice by the method 'auto' between a closed form on a torus and the Taylor series."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 class _TorusForm(NamedTuple):
-    """The costs of a closed form, in steps of the Taylor series.
+    """The costs of a closed form, in units of one step of the Taylor series.
 
     The values were chosen by validation/studies/set_up_times.py. With these values, the closed form
-    is slower for about one in a hundred random tops for which 'auto' uses it.
+    is slower for about 1 % of the random tops for which 'auto' chooses it.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of two set-ups, one for the choice and one for the run [steps]
@@ -67,12 +67,12 @@ def _ends_too_early(scene: Scene, t: object) -> bool:
 def explain_series(scene: Scene, times: Array | None) -> str | None:
     """Return the reason why 'auto' integrates a Kowalewski or Goryachev-Chaplygin top numerically.
 
-    Returns None if 'auto' uses the closed form. It uses the closed form if this is at least as
-    accurate as the Taylor series at all `times`, and at least as fast. The result depends only on
-    the arguments, not on the speed of the machine. `times` is None if they are not known.
+    Returns None if 'auto' uses the closed form. The closed form is used if it is at least as fast
+    as the Taylor series, and at least as accurate at all `times`. The result depends only on the
+    arguments, not on the speed of the machine. `times` is None if the times are not known.
 
-    The rule applies to single scenes. For ensembles, the threads of the core would have to compute
-    the plans, but there the method of a top depends only on its scene. See "Ensembles" in
+    The rule applies to single scenes. In an ensemble, the method of a top depends only on its
+    scene, because the threads of the core do not plan closed forms. See "Ensembles" in
     docs/theory/closed_form.md.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
@@ -98,7 +98,7 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
 
 
 def _misses_ratio(scene: Scene, ratio: float) -> bool:
-    """Return True if the closed form has a `mismatch`, which makes its error grow with time."""
+    """Return True if the body only approximately satisfies the conditions of the closed form."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))
     pair = ratio * moments[odd]
@@ -108,7 +108,7 @@ def _misses_ratio(scene: Scene, ratio: float) -> bool:
 
 
 def _estimate_steps(scene: Scene, end: float) -> float:
-    """Return an estimate of the number of steps of the Taylor series to the time `end`.
+    """Return an estimate of the number of steps of the Taylor series up to the time `end`.
 
     The number is proportional to the angular velocity or, for slow tops, to the rate of a pendulum.
     For random tops, the number is between 0.8 and 4 times the estimate.

@@ -290,7 +290,7 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError with the index of the top if a row of times does not lead away from 0.
+    """Raise ValueError with the index of the top if the times of a row are not monotonic.
 
     The first row belongs to the top with the index `first` in C order.
     """

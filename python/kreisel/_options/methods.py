@@ -202,7 +202,7 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    Planning the closed form of such a top takes as long as many steps of the Taylor series.
+    For such a top, planning the closed form takes as much time as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
@@ -245,7 +245,7 @@ def get_method(name: object) -> Method:
 
 
 def _describe_tops(method: Method, scene: Scene) -> str:
-    """Return a text about the tops to which a method applies, for a scene that it does not suit."""
+    """Describe the tops to which a method applies, for an error message about `scene`."""
     if scene._is_damped and not method.damped:
         return "tops without damping"
     if scene.friction and not method.friction:

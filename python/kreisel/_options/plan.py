@@ -90,7 +90,7 @@ class Plan:
     turn: float | None = None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return the lines of the description as pairs; repeated names are empty."""
+        """Return the lines of the description as pairs (name, text); repeated names are empty."""
         order = (
             f"order {self.order}"
             if self.order
@@ -159,7 +159,7 @@ def make_plan(
 def _find_kernel(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
-    They depend on the options alone, so any scene serves.
+    Both depend only on the options, so any scene can be used.
     """
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)
@@ -167,7 +167,7 @@ def _find_kernel(core: CoreArguments) -> tuple[str, int]:
 
 
 def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
-    """Return the approximate angle by which the top turns in a fixed step, or None without one.
+    """Return the approximate angle by which the top turns in a fixed step; None if steps vary.
 
     Few methods can follow a top that turns by a radian or more in a step.
     """

@@ -91,7 +91,7 @@ class SolveOptions:
 
     @cached_property
     def safe_horizon(self) -> float:
-        """A time [T] up to which a double can certainly count the steps."""
+        """A time [T] up to which a double is certain to count the steps exactly."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property

@@ -151,7 +151,7 @@ def _draw_path(
     angle: tuple[float, str],
     time: str,
 ) -> None:
-    """Draw a path and the states at its events. `angle` is a factor and the name of a unit."""
+    """Draw a path and the states at its events. `angle` contains the factor and name of a unit."""
     sphere, above, below = axes
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
@@ -178,7 +178,7 @@ def _draw_path(
 
 
 def _explain_marks(sphere: Axes, has_limits: bool, has_events: bool) -> None:
-    """Write the meaning of the dots and the dashed lines below a sphere."""
+    """Write a legend of the dots and the dashed lines below a sphere."""
     ink = matplotlib.rcParams["text.color"]
     marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
     if has_limits:

@@ -148,7 +148,7 @@ class Film:
 
 
 def _reach_along(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the coordinates along the apex of the two ends of the body."""
+    """Return the positions of the two ends of the body along the axis of the apex."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
 
@@ -198,7 +198,7 @@ def make_film(
 
 
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate the states about the vertical so that the body leans to the side of the picture.
+    """Rotate the states about the vertical so that the body leans sideways in the picture.
 
     At the first state with a clear lean, the axis leans to the right and a little towards the eye.
     """
@@ -220,7 +220,7 @@ def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _time_limits(t: Array) -> tuple[float, float]:
-    """Return the earliest and the latest time of a path, in the order in which the path runs."""
+    """Return the first and the last time of a path that may run forwards or backwards."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
         raise ValueError("a film needs a path of positive duration: solve to a later time")
@@ -228,10 +228,10 @@ def _time_limits(t: Array) -> tuple[float, float]:
 
 
 def _body_faces(body: Body) -> tuple[Array, Array, float]:
-    """Return the faces of a body, scaled to fit into the sphere, their colours and outlines.
+    """Return the faces of a body, their colours, and the width of their outlines.
 
-    The corners of the faces are given in the frame of description. The width of the outlines is 0
-    for a body of revolution [pt].
+    The faces are scaled to fit into the sphere, with corners in the frame of description. The width
+    of the outlines is 0 for a body of revolution [pt].
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _rotation_matrix(np.array(body.axes)).T

@@ -118,7 +118,7 @@ def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) 
 
 
 def _axis_values(tops: Ensemble, dimension: int) -> tuple[str, Array]:
-    """Return the name of a dimension and its values, or indices if there is no monotonic value."""
+    """Return the name of a dimension and its values, or indices if they are not monotonic."""
     name, n = tops.axes[dimension], tops.shape[dimension]
     values: Any = tops.coords.get(name)
     if values is not None and np.size(values) == n:

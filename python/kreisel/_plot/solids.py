@@ -149,9 +149,9 @@ def draw_scale(
 
 
 def _point_away(x: Array, y: Array, reach: float) -> tuple[float, float]:
-    """Return the direction from the points within `reach` of the first point to that point.
+    """Return the direction to the first point from the mean of the points within `reach`.
 
-    The direction is to the left if the first point is in their middle.
+    The direction is to the left if the first point coincides with this mean.
     """
     near = np.hypot(x - x[0], y - y[0]) <= reach
     away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())

@@ -72,7 +72,7 @@ def _draw_dome(axes: Axes, floor: float) -> None:
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point, and a needle below it if it is above the floor."""
+    """Draw the fixed point and, if it is above the floor, a needle below it."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
@@ -81,8 +81,8 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     """Draw the shadow of the faces `corners` (n, 4, 3) on the floor.
 
-    The shadow is that of an extended light source. It is sharp where the body is near the floor,
-    and soft where the body is higher.
+    The shadow is that of an extended light source. The shadow is sharp where the body is near the
+    floor, and soft where the body is higher.
     """
     above = corners[..., 2:] - floor
     outlines = []

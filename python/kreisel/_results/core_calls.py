@@ -19,7 +19,7 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class Origin(NamedTuple):
-    """The time [T] at which the scene of a run starts, and the low words (8,) of its start or None.
+    """The time [T] at which the scene of a run starts, and the low words of its state or None.
 
     The time is 0 unless the run was pushed, reset or changed.
     """

@@ -39,7 +39,7 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, with `numbers` as their column `top`."""
+        """Return the events at the indices `chosen`, with their column `top` set to `numbers`."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 

@@ -98,7 +98,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status(self) -> Codes:
         """(*shape) 0 for a top without failure, otherwise the code of its failure.
 
-        `status_names` has the names of the codes, and `message` describes a failure.
+        `status_names` contains the names of the codes, and `message` describes a failure.
         """
         return self._to_ensemble_shape(self._buffers.status)
 
@@ -163,9 +163,9 @@ class EnsembleResult(ReadOnlyArrays):
     def check(self) -> Self:
         """Return this result if all tops reached their last times.
 
-        Raises kreisel.Error for the first top that did not. The message of the exception contains
-        the index of this top and the number of failures. The exception's `.path` is the path of
-        this top, and its `.paths` is this result.
+        Raises kreisel.Error for the first top that did not reach its last time. The message of the
+        exception contains the index of this top and the number of failures. The exception's `.path`
+        is the path of this top, and its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
@@ -244,7 +244,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last_valid_state(self, i: int, path: Path) -> Path:
-        """Return `path`, the path of the i-th top, ending with the last valid state of this top."""
+        """Return the path of the i-th top, with its last valid state added if it is missing."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times_of_top(i)) or (len(path) and path.t[-1] == state[0, 0]):

@@ -3,8 +3,8 @@
 The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
 magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. However, a
 closed form returns doubles, and treats a body that is integrable up to rounding errors as exactly
-integrable. It is therefore used only for an exactly integrable body, and only if the estimated
-error is far above the rounding errors of the closed form.
+integrable. A closed form is therefore used only for an exactly integrable body, and only if the
+estimated error is far above the rounding errors of the closed form.
 
 """
 
@@ -75,8 +75,8 @@ def estimate_error(
     """Return an estimate of the attitude error [rad] of a path computed by `method` with `digits`.
 
     `angle_to` returns the largest angle between the path and a second run with the given options.
-    `growth` returns the factor by which the motion magnifies a rounding error of the start. The
-    error is pi if nothing is known about the attitude.
+    `growth` returns the factor by which the motion magnifies a rounding error of the initial state.
+    The error is pi if nothing is known about the attitude.
     """
     if not digits and method != EXACT and has_cheap_exact_form(scene):
         error = angle_to(CLOSED_FORM)
@@ -112,10 +112,10 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """Return, as columns, the rotation vectors in the body frame due to rounding the attitude.
+    """Return the rotation vectors, in the body frame, that result from rounding the attitude.
 
     The core stores the attitude of the principal axes. Each component of this quaternion is a sum
-    of products, and each product is rounded in proportion to its own size.
+    of products, and each product has a rounding error in proportion to its own magnitude.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -137,7 +137,7 @@ def rounding_growth(
     progress: Progress | Work | None = None,
     origin: Origin = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Return a result of the core, and the largest growth of a rounding error of the start.
+    """Return a result of the core, and the largest growth of an initial rounding error.
 
     The growth is the change of the attitude [rad] divided by the relative rounding error. The
     estimate uses tangents of the Taylor series, whichever method computed the path. For at most 16
@@ -173,7 +173,7 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Return the largest of the `angles_between` two arrays of attitudes [rad]."""
+    """Return the largest angle between corresponding attitudes of two arrays [rad]."""
     return float(angles_between(one, other).max())
 
 

@@ -41,7 +41,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     """Return the times `t` as an array (k,). Raises ValueError for times outside the path.
 
-    `reached` contains the times of the path, and `begin` is the time of its start.
+    `reached` contains the times of the path, and `begin` is the time at which its scene starts.
     """
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:

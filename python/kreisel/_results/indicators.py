@@ -89,7 +89,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The indicator at the last time: a float for one scene, (*shape,) for an ensemble."""
+        """The indicator at the last time: a float for a scene, an array for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
@@ -104,7 +104,7 @@ class Indicator(ReadOnlyArrays):
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, it is about half the Lyapunov
         exponent times t. All indicators therefore use MEGNO for the verdict. Source: Cincotta and
-        Simo, Astron. Astrophys. Suppl. 147 (2000).
+        Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 
@@ -112,10 +112,10 @@ class Indicator(ReadOnlyArrays):
     def is_chaotic(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True for chaotic motion; a bool for one scene.
 
-        The verdict is that `final_megno` exceeds `threshold`. A motion that is not chaotic has a
-        Lyapunov exponent below about 2 * threshold / t. A start exactly on an unstable steady or
-        periodic motion has a positive exponent, and counts as chaotic. The value is False for a
-        failed top. See also `doubt`.
+        A motion is called chaotic if `final_megno` exceeds `threshold`. A motion that is not
+        chaotic has a Lyapunov exponent below about 2 * threshold / t. An initial state exactly on
+        an unstable steady or periodic motion has a positive exponent, and counts as chaotic. The
+        value is False for a failed top. See also `doubt`.
         """
         return _scalar_or_array(self.final_megno > THRESHOLD)
 

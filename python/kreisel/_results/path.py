@@ -277,8 +277,8 @@ class Path(ReadOnlyArrays, Tables):
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form that path.save writes.
 
-        It consists of a path of the states at the events, the indices of the events and their
-        directions.
+        This form consists of a path of the states at the events, the indices of the events and
+        their directions.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -299,8 +299,8 @@ class Path(ReadOnlyArrays, Tables):
     def _repr_html_(self) -> str | None:
         """Return the picture of this path, which notebooks display.
 
-        Returns None if matplotlib is missing, or if the path has no states, too many states or not
-        the quantities that are drawn. The notebook then displays the repr.
+        Returns None if matplotlib is missing, if the path has no states or too many states, or if
+        it lacks quantities that are drawn. The notebook then displays the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -322,9 +322,8 @@ class Path(ReadOnlyArrays, Tables):
         A notebook displays the film, and the film can be written to a file. A body that is
         symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
         proportions of the drawn body follow from the moments of inertia. Its centre lies on the
-        line through the fixed point and the centre of mass. The floor is so low that the body does
-        not touch it, and carries the shadow of the body. The camera sees the initial tilt from the
-        side.
+        line through the fixed point and the centre of mass. The floor is below all positions of the
+        body, and shows the shadow of the body. The camera sees the initial tilt from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -402,13 +401,13 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a run that failed. `.path` has the states reached, `.status` the reason."""
+    """Exception for a failed run; `.path` contains the states reached, and `.status` the reason."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Exception for Ctrl-C during a run. `.path` has the states reached."""
+    """Exception for Ctrl-C during a run; `.path` contains the states reached."""
 
     __module__ = "kreisel"
 

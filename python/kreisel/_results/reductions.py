@@ -1,4 +1,4 @@
-"""Reductions of the path of each top of an ensemble to a minimum, maximum, mean and others."""
+"""Reductions of the path of each top of an ensemble, such as minimum, maximum and mean."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Run all tops to validated times `t`, (k,) or (n, k), and return the result.
+    """Run all tops to the validated times `t`, and return the result.
 
     Raises kreisel.Interrupted after Ctrl-C, with the results so far.
     """

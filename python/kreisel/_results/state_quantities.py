@@ -185,11 +185,11 @@ class States(QuantityAttributes):
     def tangents(self) -> Array:
         """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows are changes of attitude, as rotation vectors seen from the body [rad].
+        The first three rows are changes of attitude, as rotation vectors in the body frame [rad].
         The other three rows are changes of momentum in space [M L^2 T^-1].
 
-        With "start" the first six columns are the derivatives with respect to the initial state; at
-        t = 0 they form the identity matrix. The next columns are the requested derivatives with
+        With "start", the first six columns are the derivatives with respect to the initial state;
+        at t = 0 they form the identity matrix. The next columns are the requested derivatives with
         respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass,
         the damping (3), the rotor (3) along the principal axes, turning (3), shaking (3) and
         friction. Each column is the change per unit of its parameter, at constant initial momentum.
@@ -206,14 +206,13 @@ class States(QuantityAttributes):
 
     @property
     def tangents_rest(self) -> float:
-        """The truncation error of the tangents, relative to their size.
+        """The truncation error of the tangents, relative to their magnitude.
 
-        The error is the largest last term of the tangents' Taylor series. The steps are chosen for
-        the accuracy of the path, not of the tangents.
+        The error is estimated by the largest last term of the Taylor series of the tangents. The
+        steps are chosen for the accuracy of the path, not of the tangents.
 
-        For a kreisel.ExactTorus, the error is the largest change of the tangents between
-        differences of orders 6 and 8. The change is relative to the larger of the tangent and a
-        change of the state by its own size.
+        For a kreisel.ExactTorus, the error is the largest difference between tangents of orders 6
+        and 8. It is relative to the tangent or, for a small tangent, to the magnitude of the state.
         """
         return self._tangents().truncation
 
@@ -230,14 +229,14 @@ class States(QuantityAttributes):
         """Return the derivatives of a quantity, if solve was called with `tangents`.
 
         The array has the shape (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
-        `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors seen
-        from the body [rad], (n, 3, c). Angles change without jumps.
+        `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors in
+        the body frame [rad], (n, 3, c). Angles change without jumps.
 
-        Values that do not exist are NaN: the derivatives of Euler's angles if the apex is vertical,
-        and derivatives with respect to com if com is zero, of quantities that depend on the apex.
-        The derivatives of `kowalewski` and `goryachev_chaplygin` are NaN for parameters whose
-        change makes the body one of another kind: the moments, and com along the axis of the
-        different moment.
+        Derivatives that do not exist are NaN. Those of Euler's angles do not exist if the apex is
+        vertical. If com is zero, those of quantities that depend on the apex do not exist with
+        respect to com. Some parameters change the kind of the body: the moments, and com along the
+        axis of the unequal moment. The derivatives of `kowalewski` and `goryachev_chaplygin` with
+        respect to them are NaN.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -274,8 +273,8 @@ class States(QuantityAttributes):
     def inertial_velocity(self) -> Array:
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
-        It is relative to the inertial frame, and seen from the frame of the body. It differs from
-        `body_velocity` on a turning support only.
+        The velocity is relative to the inertial frame, with components in the body frame. It
+        differs from `body_velocity` only on a turning support.
         """
         if not any(self.scene.turning):
             return self.body_velocity
@@ -285,8 +284,8 @@ class States(QuantityAttributes):
     def specific_force(self, point: ArrayLike) -> Array:
         """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
 
-        This is the acceleration of the point minus that of gravity, seen from the frame of the
-        body. At the fixed point, the result is gravity with the opposite sign. It includes the
+        The result is the acceleration of the point minus that of gravity, in the body frame. At the
+        fixed point, the result is gravity with the opposite sign. The result includes the
         acceleration of a support that turns or shakes.
 
             >>> import kreisel as kr
@@ -326,9 +325,9 @@ class States(QuantityAttributes):
     def energy_error(self) -> float:
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        The maxima are over the states; E0 is the energy at the start and T the kinetic energy. The
-        value is zero for a path without states. It is NaN for a top with damping, friction or a
-        shaken support, which does not conserve energy.
+        The maxima are taken over all states; E0 is the initial energy, and T the kinetic energy.
+        The value is zero for a path without states. The value is NaN for a top with damping,
+        friction or a shaken support, because its energy is not conserved.
         """
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan

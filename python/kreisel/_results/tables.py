@@ -217,9 +217,9 @@ class Tables(States):
         units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
                'nutation [deg]'; dimensionless columns have no unit
 
-        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values are bitwise
-        equal with pandas 3.1 or later; older versions need float_precision="round_trip". The file
-        is replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
+        pandas.read_csv(file, index_col="t") returns the table of to_pandas. pandas 3.1 or later
+        reads bitwise equal values; older versions need float_precision="round_trip". The file is
+        replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
         to_pandas except ImportError, because pandas is not needed.
         """
         rows = quantity_rows(self, names, degrees, unwrap)

@@ -26,8 +26,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest last term of the tangents' Taylor series. `by` contains the
-    names of the parameters with respect to which the derivatives are taken, in the core's order.
+    The truncation error is the largest last term of the Taylor series of the tangents. `by`
+    contains the names of the parameters of differentiation, in the order of the core.
     """
 
     high: Array
@@ -54,7 +54,7 @@ class TangentData(NamedTuple):
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds (n,) [rad] on the effect of rounding the scene on the attitude.
+        """Return bounds on the attitude error [rad] that results from rounding the scene.
 
         Each number of `scene` is assumed to be rounded.
         Raises AttributeError if some tangents are missing. Tangents with respect to zero parameters

@@ -1,4 +1,4 @@
-"""The time scale of tops, which limits for waiting and durations refer to."""
+"""The time scale of tops, to which limits on waiting times and durations refer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Indicators of chaos: the rate at which neighbouring motions separate, from a tangent of each top.
+"""Indicators of chaos, which measure how fast neighbouring motions separate.
 
 A heavy top has at most one positive Lyapunov exponent, because energy and <m, e3> are conserved.
 """
@@ -101,8 +101,8 @@ def megno(
         >>> round(kr.megno(kr.scenes.thesis, 10000).value, 1)
         2.0
 
-    Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astron. Astrophys. Suppl.
-    147 (2000).
+    Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astronomy and Astrophysics
+    Supplement Series 147 (2000).
     """
     return _run_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
 
@@ -117,7 +117,7 @@ def oli(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent's size up to t.
+    """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent up to time t.
 
     The tangent is orthogonal to the flow and to rotations about the vertical. The indicator grows
     as ln(t) for a regular motion, and as t for a chaotic motion. The arguments are those of
@@ -130,7 +130,7 @@ def oli(
         8.4
 
     Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
-    Celest. Mech. 83 (2002).
+    Celestial Mechanics and Dynamical Astronomy 83 (2002).
     """
     return _run_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
 

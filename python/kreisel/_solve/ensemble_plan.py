@@ -36,7 +36,7 @@ _ROW = 57  # bytes per top for status, number of states, step counts and time re
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """The plan of a solve of an ensemble; print it to see a description.
+    """The plan of a solve of an ensemble; `print(plan)` shows a description.
 
     shape        the shape of the ensemble
     closed_form  the number of tops computed in closed form
@@ -138,7 +138,7 @@ def plan(
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
     Raises the exceptions that kreisel.solve raises before anything runs. Raises ValueError for
-    method='geometric', which needs trial runs; after kreisel.solve, path.plan has its plan.
+    method='geometric', which needs trial runs; after kreisel.solve, path.plan contains its plan.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)

@@ -64,7 +64,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ClosedForm:
-    """The base of closed forms: a scene, the period of its nutation, and two mean rates."""
+    """The base class of closed forms: a scene, the period of its nutation, and two mean rates."""
 
     scene: Scene
     period: float
@@ -77,7 +77,7 @@ class _ClosedForm:
 class Exact(_ClosedForm):
     """The motion of a scene in closed form.
 
-    Calling it with a time or an array of times returns a kreisel.Path.
+    Calling the object with a time or an array of times returns a kreisel.Path.
 
     period      the period of the nutation: the time from one lowest point of the axis to the next;
                 inf if the height of the axis is constant [T]
@@ -88,9 +88,9 @@ class Exact(_ClosedForm):
 
     The axis is the symmetry axis of the body. A free body without symmetry has no such axis. Its
     axis is the principal axis about which the angular momentum circulates in the body; the angle
-    between this axis and the momentum is acute. The axis nods twice while the momentum circulates
-    once. The period of body_velocity is therefore twice `period`, as T in Landau and Lifshitz,
-    Mechanics, section 37.
+    between this axis and the momentum is acute. The axis completes two nutations while the momentum
+    circulates once. The period of body_velocity is therefore twice `period`, as T in Landau and
+    Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
     `precession` does not include these jumps.
@@ -145,14 +145,16 @@ class Exact(_ClosedForm):
         """The name of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. It is 'loops' if the rate at the turning point of higher potential is opposite to
-          the rate at the other one. It is 'cusps' if this rate is zero, and 'waves' if both rates
-          have the same sign.
+          points. The name is 'waves' if both rates have the same sign, and 'loops' if their signs
+          differ. It is 'cusps' if the rate is zero at the turning point of higher potential.
+
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
+
         - If the apex passes through the vertical, the name is 'pendulum' (motion in a plane),
           'rosette', or 'separatrix' (the apex approaches the upright position in infinite time).
-        - Without torque the name is 'circle' or 'resting'.
+
+        - Without torque, the name is 'circle' or 'resting'.
 
         Values that differ by at most 1e-12 are treated as equal.
         """
@@ -172,8 +174,8 @@ class Exact(_ClosedForm):
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
         with m3 = <m, e3> and c = <m, apex>. The potential is the energy minus I1 / 2 times the
-        squared nutation rate. At a turning point off the vertical it therefore equals the energy.
-        It is inf at nutation 0 or pi if the apex cannot reach this nutation.
+        squared nutation rate. At a turning point off the vertical, the potential therefore equals
+        the energy. The potential is inf at nutation 0 or pi if the apex cannot reach this nutation.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -201,20 +203,21 @@ class Exact(_ClosedForm):
 
 @dataclass(frozen=True)
 class ExactTorus(Exact):
-    """The base of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
+    """The base class of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
 
     The motion is described by angles on a torus, not by Euler angles. Calling the object with a
     time or an array of times returns a kreisel.Path.
 
-    With `tangents`, the path also has `tangents` and `derivative`, as from kreisel.solve. The names
-    are one or several of "start", "gravity" and "mass". Other changes lead to tops without closed
+    With `tangents`, the path also has `tangents` and `derivative`, as a path of kreisel.solve does.
+    The names can be "start", "gravity" and "mass". Other changes lead to tops that have no closed
     form. The column of the vertical momentum of a Goryachev-Chaplygin top is therefore NaN. The
-    tangents are central differences of order 8 of the closed forms of neighbouring tops, and their
-    steps are shorter at later times. The error usually stays below about 1e-10 of the tangent at
-    any time, whereas the error of a Taylor series grows. The error is larger in two cases. Near
-    resonances and separatrices, `tangents_rest` shows the larger error. For fast tops, the
-    derivatives with respect to gravity and mass are small differences of large numbers. Each range
-    of times within a factor of 8 takes at least eight closed forms for each column.
+    tangents are central differences of order 8, computed from the closed forms of neighbouring
+    tops. The steps of the differences are shorter at later times. The error usually stays below
+    about 1e-10 of the tangent at any time, whereas the error of a Taylor series grows. The error is
+    larger in two cases. Near resonances and separatrices, `tangents_rest` shows the larger error.
+    For fast tops, the derivatives with respect to gravity and mass are small differences of large
+    numbers. For each column and each range of times within a factor of 8, at least eight closed
+    forms are computed.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
@@ -222,7 +225,7 @@ class ExactTorus(Exact):
         ((2, 6, 7), True)
 
     Raises ValueError for another name, for times at which the top has turned by more than 1e9 rad,
-    and if neighbours have no closed form.
+    and if neighbouring tops have no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -246,31 +249,32 @@ class ExactTorus(Exact):
         """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
 
         An action is the integral of <m, dR R^T> along a loop of the torus, divided by 2 pi. Here m
-        is the angular momentum, and R turns the body's axes into space. Along a loop, one angle
-        makes a turn in the direction in which it grows with time, and the others are constant. The
-        third action is <m, e3>. The energy is a function of the actions, and its derivatives are
-        the frequencies: between neighbouring tops, d energy = sum of frequencies * d actions. For
-        Goryachev-Chaplygin tops, the neighbours must have <m, e3> = 0 too.
+        is the angular momentum, and R is the rotation from the body frame to space. Along a loop,
+        one angle makes a turn in the direction in which it grows with time, and the others are
+        constant. The third action is <m, e3>. The energy is a function of the actions, and its
+        derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
+        d actions. For Goryachev-Chaplygin tops, this holds only for neighbouring tops with <m, e3>
+        = 0.
 
         Up to a rotation about the vertical, some motions already return after half a turn of the
         first angle, or of both angles. For these motions, the loops of the actions are not the
         shortest possible ones.
 
-        Raises ValueError if the motion is too near to a separatrix. Source: V. I. Arnold,
-        Mathematical Methods of Classical Mechanics, section 50.
+        Raises ValueError if the motion is too near to a separatrix. Source: Arnold, Mathematical
+        Methods of Classical Mechanics, section 50.
         """
         is_level = self.scene.body.kind == "goryachev_chaplygin"
         first, second = (compute_action(self._states_at, j, is_level) for j in (0, 1))
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
-        """Return `n` times after which the body nearly returns, each time nearer.
+        """Return `n` times after which the body is ever closer to its initial state.
 
-        The shape is (n, 3). A row has the turns of the first angle, the turns of the second angle,
-        and the time [T]. Both numbers of turns are integers, and their ratio is a convergent of the
-        continued fraction of the frequency ratio. Each row is thus a near resonance of the
-        frequencies. After this time, the momentum and the vertical, as seen from the body, are
-        nearly those of the start. There are fewer rows if a resonance is exact within rounding
+        The shape is (n, 3). A row contains the turns of the first angle, the turns of the second
+        angle, and the time [T]. Both numbers of turns are integers, and their ratio is a convergent
+        of the continued fraction of the frequency ratio. Each row is thus a near resonance of the
+        frequencies. After this time, the momentum and the vertical have nearly their initial
+        components in the body frame. There are fewer rows if a resonance is exact within rounding
         errors.
 
             >>> import kreisel as kr
@@ -306,7 +310,7 @@ class ExactTorus(Exact):
     def _states_at(self, turns: Array) -> Array:
         """Return states, as rows, at rows of the first two angles of the torus [turns].
 
-        The heading is that of the start or, for a Goryachev-Chaplygin top, arbitrary.
+        The heading is that of the initial state or, for a Goryachev-Chaplygin top, arbitrary.
         """
         return torus_states_at(self._torus, turns)
 
@@ -320,7 +324,7 @@ class ExactTorus(Exact):
 def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
     """Yield the convergents of a positive number as pairs of numerator and denominator.
 
-    Ends when a convergent equals the number within its rounding error.
+    The sequence ends when a convergent equals the number within its rounding error.
     """
     before, last, rest = (0, 1), (1, 0), ratio
     while True:
@@ -406,16 +410,16 @@ def exact(
 ) -> Exact | ExactEnsemble | ExactMap:
     """Return the closed form of a scene.
 
-    A Lagrange top, a spherical body and any body without torque have a closed form, a
-    kreisel.Exact. Most Kowalewski tops have a kreisel.ExactKowalewski. Most Goryachev-Chaplygin
-    tops without vertical momentum have a kreisel.ExactGoryachevChaplygin.
+    The result is a kreisel.Exact for a Lagrange top, a spherical body, and any body without torque.
+    It is a kreisel.ExactKowalewski for most Kowalewski tops. It is a
+    kreisel.ExactGoryachevChaplygin for most Goryachev-Chaplygin tops without vertical momentum.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError, with the reason, for a scene without closed form, and for a support that
+    Raises ValueError, with the reason, for a scene that has no closed form, and for a support that
     turns about e3. In the latter case, solve(scene, t, "exact") returns the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
@@ -482,7 +486,7 @@ def record_exact_tangents(
 
 
 def _compute_states(scene: Scene, t: Array) -> Array:
-    """Return the states of the closed form of a scene at some times, as rows."""
+    """Return the states of a scene at the given times from its closed form, as rows."""
     states = _exact_torus(scene)._states_or_none(t, math.inf)
     assert states is not None
     return states

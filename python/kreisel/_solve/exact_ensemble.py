@@ -105,12 +105,12 @@ class ExactEnsemble:
         return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_states(self, t: Array) -> Array:
-        """Return states (n, k, 8) at times (k,) or (n, k).
+        """Return the states, of shape (n, k, 8), at times of shape (k,) or (n, k).
 
         A run of the ensemble computes the same states faster, but its times must lead away from 0.
-        A run is not used if a time is 0, because it would return the initial state itself instead
-        of the state of the closed form. For the same reason, it is not used for closed forms on a
-        torus: a run evaluates these in working axes, with other rounding errors.
+        A run is not used if any time is 0, because it would return the initial state itself, not
+        the closed form evaluated at 0. Nor is a run used for closed forms on a torus, because it
+        evaluates them in working axes, with other rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -283,7 +283,8 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a support that turns about e3.
 
-    Its states have a closed form, but turning points and rates refer to the inertial frame.
+    The states of such a top have a closed form, but turning points and rates refer to the inertial
+    frame.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():

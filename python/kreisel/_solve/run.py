@@ -68,7 +68,7 @@ _UNDER_WAY = "this run is under way: another thread leads it, or a call that has
 
 
 class _PresentState(NamedTuple):
-    """The motion of a run, its present state as a scene, and the low words (8,) of this state."""
+    """The motion of a run, its present state as a scene, and the low words of this state."""
 
     motion: Motion
     scene: Scene
@@ -90,16 +90,20 @@ class Run:
     stats  the cost of the run so far
 
     run.push, run.reset and run.change change the motion at the present time t. The time continues;
-    everything else is as in a new run from the present state:
+    everything else is as in a new run from the present state.
 
     - run.scene is the present state, and run.start_time its time. Each path has the scene of its
-      own states, so that its energy, `path(t)` and `path.error` refer to this scene;
-    - the grid of a fixed step begins at the present time;
+      own states, so that its energy, `path(t)` and `path.error` refer to this scene.
+
+    - The grid of a fixed step begins at the present time.
+
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
       terminal event can continue. The events are searched for as before. An event at the present
-      time is not found again, and a jump of its function due to the change is not an event;
-    - the next path of run.to(t) begins with the state after the change;
-    - with 20 or 30 digits, the low words of the present state are kept.
+      time is not found again, and a jump of its function due to the change is not an event.
+
+    - The next path of run.to(t) begins with the state after the change.
+
+    - With 20 or 30 digits, the low words of the present state are kept.
 
     The method stays the same. If it does not apply after the change, or if an argument is invalid,
     an exception is raised and the run is unchanged.
@@ -326,9 +330,9 @@ class Run:
     ) -> None:
         """Change the body or its environment at the present time.
 
-        The arguments are those of kreisel.Scene. The attitude stays the same: it carries the frame
-        of description of the new body into space. The time of the run continues, and `shaking`
-        refers to it.
+        The arguments are those of kreisel.Scene. The attitude stays the same; it now rotates the
+        new body's frame of description to space. The time of the run continues, and `shaking`
+        refers to this time.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
@@ -363,7 +367,8 @@ class Run:
     def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
         """Replace the motion by one that starts from `scene` at the time of `now`.
 
-        The low words of the start are those of `now`, except `momentum_low` if it is not None.
+        The low words of the initial state are those of `now`, except `momentum_low` if it is not
+        None.
         """
         resolve_method(self.method, scene)
         check_horizon(scene, now.t, self.step)
@@ -547,9 +552,9 @@ def start(
             run.save(file)
 
     The arguments are those of kreisel.solve; `back` is True for a run back in time. All methods
-    are allowed except 'geometric', which needs trial runs. Each path has the events that occurred
-    during this path; all paths together have the events of a single solve. A terminal event ends
-    the run: run.ended is then True, and run.t is the time of the event.
+    are allowed except 'geometric', which needs trial runs. Each path contains the events that
+    occurred during this path; all paths together contain the events of a single solve. A terminal
+    event ends the run: run.ended is then True, and run.t is the time of the event.
 
     If the process is killed between keep(path) and run.save(file), the resumed run repeats the
     states of the last path. To store each state once, remove the states after run.t from the file

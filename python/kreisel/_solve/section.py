@@ -41,7 +41,7 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """Find the states of each top at the first n occurrences of an event after the start.
+    """Find the states of each top at the first n occurrences of an event after t = 0.
 
     event      an event of kreisel.events; default: nutation(direction=1), the lowest points of the
                apex, which occur in every motion that is not steady. No occurrence is missed. An

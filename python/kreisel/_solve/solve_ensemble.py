@@ -84,8 +84,8 @@ def reduce(
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
     kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. The values of a failed
-    top are NaN, and `status` has the reason. The check() of the result raises kreisel.Error for the
-    first failed top.
+    top are NaN, and `status` contains the reason. The method check() of the result raises
+    kreisel.Error for the first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
@@ -183,7 +183,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
-    """Return the options of an ensemble with tangents, which tops compute one by one."""
+    """Return the options of an ensemble with tangents, whose tops are computed one by one."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
     names = parse_tangents(tangents)
     reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})

@@ -184,7 +184,7 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Return a number of steps with which the error is predicted to be small enough.
+        """Return a number of steps for which the predicted error is small enough.
 
         `error` is the error of a run with `steps` steps.
         """
@@ -305,7 +305,7 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
 
 
 def _error_constants(scene: Scene) -> _Constants:
-    """Return the error constants of the methods for the kind of drift of a scene."""
+    """Return the error constants of the methods, which depend on the kind of drift of a scene."""
     return _SYMMETRIC if _is_drift_exact(scene) else _GENERAL
 
 

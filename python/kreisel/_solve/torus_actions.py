@@ -1,16 +1,16 @@
 """The actions of a top whose motion is on a torus.
 
-Let m be the angular momentum, and let R turn the body's axes into space. The action of a closed
-loop on the torus is the integral of the one-form <m, dR R^T> along the loop, divided by 2 pi. All
-loops that can be deformed into each other on the torus have the same action. Along the chosen
-loops, one angle of the torus makes a turn. The integrand is periodic and analytic. The trapezoidal
-rule therefore converges exponentially.
+Let m be the angular momentum, and R the rotation from the body frame to space. The action of a
+closed loop on the torus is the integral of the one-form <m, dR R^T> along the loop, divided by 2
+pi. All loops that can be deformed into each other on the torus have the same action. Along each
+chosen loop, one angle of the torus makes a full turn. The integrand is periodic and analytic. The
+trapezoidal rule therefore converges exponentially.
 
 The attitude of a Goryachev-Chaplygin top does not return at the end of such a loop, because its
 heading is not a function of the two angles. The one-form does not depend on the heading if <m, e3>
-is zero. The axes of space are therefore replaced by m/|m|, e3 x m/|m| and e3.
+is zero. The space axes are therefore replaced by m/|m|, e3 x m/|m| and e3.
 
-Source: V. I. Arnold, Mathematical Methods of Classical Mechanics, section 50.
+Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
-    """Compute the action of a loop along which the angle with the index `angle` makes a turn.
+    """Compute the action of a loop along which the angle number `angle` makes a full turn.
 
     `states_at` returns the states, as rows, at rows of two angles [turns]. `is_level` is True if
     <m, e3> is zero and the heading is arbitrary. Raises ValueError if the trapezoidal rule does not

@@ -5,11 +5,12 @@ tangents of an integrable top grow at most linearly with time, and the error of 
 not grow. With a step that is inversely proportional to the time, truncation and rounding errors
 therefore stay small in proportion to the tangents.
 
-The start of a neighbour is rounded. Its exact distance is known, because the difference of two
-neighbouring doubles is exact, and the differences are solved for the derivatives along the axes.
+The initial state of a neighbour is rounded. Its exact distance is known, because the difference of
+two neighbouring doubles is exact. The derivatives along the axes are computed from these distances
+by solving a linear system.
 
-Source: B. Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Math.
-Comp. 51 (1988), table 1.
+Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
+of Computation 51 (1988), table 1.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def compute_torus_tangents(
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError unless `names` has only parameters by which tangents are computed."""
+    """Raise ValueError if `names` contains a parameter for which there are no tangents."""
     for name in names:
         if name not in PARAMETERS:
             reason = (
@@ -98,7 +99,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times so late that doubles do not resolve the neighbours."""
+    """Raise ValueError for times so large that doubles cannot resolve neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_bound * end > _LATEST:
         raise ValueError(
@@ -157,10 +158,10 @@ def _gravity_change(one: Scene, other: Scene) -> Array:
 
 
 def _rotation_between(one: Array, other: Array) -> Array:
-    """Return twice the vector part of one* other, as rows: a small rotation seen from the body.
+    """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
 
-    The signs of the quaternions do not matter. The derivative is that of the rotation vector, and
-    the difference of the quaternions is exact if they are near.
+    The signs of the quaternions do not matter. To first order, the result is the rotation vector.
+    It is computed from the difference of the quaternions, which is exact if they are close.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -224,7 +225,7 @@ def _central_difference(
 ) -> tuple[Array, Array]:
     """Return the central differences of order 8, and their relative difference from order 6.
 
-    The difference is relative to the tangent, or to the change of the parameter if it is larger.
+    The difference is relative to the tangent, or to one natural unit if the tangent is smaller.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

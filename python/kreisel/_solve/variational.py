@@ -57,7 +57,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
 
 
 def reject_with_tangents(arguments: Mapping[str, object]) -> None:
-    """Raise ValueError if one of these arguments is given, because tangents exclude it."""
+    """Raise ValueError if an argument is given that cannot be combined with tangents."""
     for name, value in arguments.items():
         if value is not None:
             raise ValueError(f"tangents are computed for all states of a path: leave out {name}")

@@ -69,7 +69,7 @@ class PartRunner:
             self._report_progress(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress function for a part of `tops` tops, or None without `progress`."""
+        """Return the progress callback for a part that has `tops` tops, or None if not needed."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:

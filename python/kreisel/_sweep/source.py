@@ -40,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """Random parameters of a source: bounds (2, *value), or standard deviations in `widths`."""
+    """Random parameters of a source: pairs of bounds, or standard deviations in `widths`."""
 
     seed: int
     ranges: Parameters

@@ -178,7 +178,7 @@ def _read_parameter_array(file: Path) -> Array:
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
-    Raises ValueError if the folder has another plan. Raises FileExistsError if the folder is
+    Raises ValueError if the folder contains another plan. Raises FileExistsError if the folder is
     neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
     ImportError if pyarrow is not installed.
     """
@@ -240,7 +240,7 @@ def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
 
 
 def _write_exclusive(file: Path, data: bytes) -> bool:
-    """Write a file unless it exists already. Return True if it was written."""
+    """Write a file unless it exists already. Return True if the file was written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)
     try:

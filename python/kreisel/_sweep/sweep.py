@@ -119,9 +119,9 @@ def sweep(
         ((8,), (8, 32), 'T^-1')
 
     Before anything runs, raises TypeError or ValueError for invalid arguments. Raises ValueError if
-    the folder has another plan, and FileExistsError if the folder is neither empty nor the folder
-    of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
-    installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
+    the folder contains another plan, and FileExistsError if the folder is neither empty nor the
+    folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is
+    not installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
     executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
     arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments

@@ -46,8 +46,9 @@ class SweepResult:
 
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
-    instead has a row for each top in the existing parts; `result["top"]` has the indices of these
-    tops. The checksums of all parts are then verified once, and damaged parts count as missing.
+    instead has a row for each top in the existing parts; `result["top"]` contains the indices of
+    these tops. The checksums of all parts are then verified once, and damaged parts count as
+    missing.
     """
 
     _store: SweepStore
