@@ -35,7 +35,7 @@ def test_steps_can_be_counted_up_to_an_edge():
 
 
 def test_a_top_turns_up_to_an_edge():
-    end = 2.0**53 / TOP._rate_bound
+    end = 2.0**53 / TOP._rate_estimate
     times.check_horizon(TOP, 0.999999 * end, None)
     for far in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):

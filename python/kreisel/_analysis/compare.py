@@ -206,13 +206,13 @@ def compare(
             if tell is not None:
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:
-        table = _table(scene, runs, reference)
+        table = _make_table(scene, runs, reference)
         total = f"{len(table)} of {len(runs)} runs were completed"
         raise CompareInterrupted(f"interrupted: {total}", table) from None
-    return _table(scene, runs, reference)
+    return _make_table(scene, runs, reference)
 
 
-def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
+def _make_table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
     """Return the table of all completed runs, or an empty table if `truth` is None."""
     if truth is None:
         return Table(())

@@ -27,14 +27,14 @@ def compute_difference(a: Path, b: Path) -> Difference:
     """
     from .._plot.charts import Difference
 
-    a, b = _share_times(a, b)
+    a, b = _restrict_to_common_times(a, b)
     if all(path.want is None or "q" in path.want for path in (a, b)):
         return Difference(a.t, angles_between(_attitudes(a), _attitudes(b)), "attitudes")
     across = np.linalg.norm(np.cross(a.apex, b.apex), axis=1)
     return Difference(a.t, np.arctan2(across, (a.apex * b.apex).sum(axis=1)), "apexes")
 
 
-def _share_times(a: Path, b: Path) -> tuple[Path, Path]:
+def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
     """Return both paths at the same times, or empty paths if their time spans do not overlap."""
     if np.array_equal(a.t, b.t):
         return a, b

@@ -232,7 +232,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
-    is_smooth = span * _alias_bound(turned / step) < _SMOOTH
+    is_smooth = span * _aliasing_error_bound(turned / step) < _SMOOTH
     [line], _, _ = _strongest_lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
@@ -240,7 +240,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     return mean if is_smooth else math.nan
 
 
-def _alias_bound(rate: Array) -> float:
+def _aliasing_error_bound(rate: Array) -> float:
     """Return an upper bound on the error that aliasing causes in the mean of `rate`.
 
     The bound is the largest amplitude in the upper half of the resolved frequencies.

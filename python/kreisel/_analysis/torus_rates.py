@@ -64,7 +64,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
         signals = _compute_signals(form, grid)
-        cells, index = _find_cells(signals.z)
+        cells, index = _find_cells_with_zeros(signals.z)
         if len(cells) == known:
             break
         known = len(cells)
@@ -78,8 +78,8 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
     side = -np.sign(_compute_signals(form, zeros).height)
-    precession = _mean_turns(signals.z, since, index) @ rates[:2]
-    spin = _mean_turns(signals.about, since, side * index) @ rates[:2]
+    precession = _mean_winding_numbers(signals.z, since, index) @ rates[:2]
+    spin = _mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
     return TorusRates(float(rates[2] + precession), _strongest_rate(signals, rates), float(spin))
 
 
@@ -102,7 +102,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
     return _Signals(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
 
 
-def _find_cells(z: Waves) -> tuple[Indices, Array]:
+def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
     """Return the grid cells with a nonzero winding number of z, and these winding numbers."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
@@ -137,7 +137,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
     return np.full(2, np.nan)
 
 
-def _mean_turns(z: Waves, since: Array, index: Array) -> Array:
+def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
     """Return the mean winding numbers of z along loops of the first and of the second angle.
 
     `since` contains the positions of the zeros relative to the first point of the grid [turns].

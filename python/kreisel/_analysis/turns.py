@@ -203,7 +203,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     length = arcs.end - arcs.begin
     pace = 0.5 * (_angular_rate(arcs.z0, arcs.rate0) + _angular_rate(arcs.z1, arcs.rate1))
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _measure_chords(_from_turning_frame(arcs, pace))
+    other, far, bent = _measure_chords(_to_turning_frame(arcs, pace))
     in_frame = far > _SAFETY * bent
     passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
     from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
@@ -221,7 +221,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     return _ArcAngles(angle, known, through, np.where(at_rest, distance, far))
 
 
-def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
+def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     """Transform the arcs to a frame that turns about 0 at the rate `pace`.
 
     The two frames coincide in the middle of an arc.

@@ -54,25 +54,25 @@ def check_outputs(
     an input file in `read`.
     """
     asked = [
-        _complete_name(OutputFile(option, file)) for option, file in places if file is not None
+        _append_extension(OutputFile(option, file)) for option, file in places if file is not None
     ]
     taken = {_real_path(file): file for file in read if file != "-"}
     for place in asked:
         if not place.is_stdout:
             _check_writable(place.file)
         same = _real_path(place.file)
-        if same in taken and not _is_endless(place.file):
+        if same in taken and not _is_device(place.file):
             raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
     return asked
 
 
-def _complete_name(place: OutputFile) -> OutputFile:
+def _append_extension(place: OutputFile) -> OutputFile:
     """Return `place`, with the extension .npz appended if an archive's name lacks it.
 
     Raises UsageError if the extension belongs to another format.
     """
-    _check_ending(place)
+    _check_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
 
@@ -81,7 +81,7 @@ def _real_path(file: str) -> str:
     return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
 
 
-def _is_endless(file: str) -> bool:
+def _is_device(file: str) -> bool:
     """Return True for a device such as /dev/null, which several outputs can share."""
     return file != "-" and File(file).is_char_device()
 
@@ -93,7 +93,7 @@ def _check_writable(file: str) -> None:
         raise UsageError(str(error)) from None
 
 
-def _check_ending(place: OutputFile) -> None:
+def _check_extension(place: OutputFile) -> None:
     ending = File(place.file).suffix.lower()
     if ending in _FORMATS and ending not in _ENDINGS[place.option]:
         option = place.option.split()[-1]

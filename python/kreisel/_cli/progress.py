@@ -37,7 +37,7 @@ class SignalHandler:
         }
         try:
             for number in before:
-                signal.signal(number, self._note_signal)
+                signal.signal(number, self._record_signal)
         except ValueError:  # only the main thread can set signal handlers
             before = {}
         try:
@@ -46,7 +46,7 @@ class SignalHandler:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _note_signal(self, number: int, frame: FrameType | None) -> None:
+    def _record_signal(self, number: int, frame: FrameType | None) -> None:
         self.asked = True
         signal.signal(number, signal.SIG_DFL)
 

@@ -131,7 +131,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
                 raise UsageError(
                     "--events need taylor, and cannot be combined with geometric or --error"
                 )
-            _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
+            _run_and_write_outputs(_solve_whole(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # start itself checks the types of the options
         run = begin(
@@ -145,7 +145,9 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
             events=events,
             back=t.end < 0.0,
         )
-        _run_pieces(_run_in_pieces(run, t, words["every"], left, stops), run, left, stops)
+        _run_and_write_outputs(
+            _iterate_pieces(run, t, words["every"], left, stops), run, left, stops
+        )
 
 
 @click.command()
@@ -165,10 +167,12 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) ->
         top = _read_run(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
-        _run_pieces(_run_in_pieces(top, t, words["every"], left, stops), top, left, stops)
+        _run_and_write_outputs(
+            _iterate_pieces(top, t, words["every"], left, stops), top, left, stops
+        )
 
 
-def _run_pieces(
+def _run_and_write_outputs(
     pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
 ) -> None:
     """Compute all pieces of a path, and write the outputs."""
@@ -207,7 +211,7 @@ def _solve_whole(
     )
 
 
-def _run_in_pieces(
+def _iterate_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
     """Return an iterator over the pieces of a run's path, without the times already passed."""

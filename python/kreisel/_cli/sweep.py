@@ -83,8 +83,8 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
     with (
         translate_errors(_OPTIONS),
         _translate_folder_errors(),
-        _progress() as progress,
-        _executor(workers, dask) as executor,
+        _open_progress_bar() as progress,
+        _open_executor(workers, dask) as executor,
     ):
         found = run_sweep(
             Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
@@ -104,7 +104,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 
 @contextmanager
-def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
+def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
     """Return a context manager for the executor of the parts, or for None to use threads."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
@@ -143,7 +143,7 @@ def ignore_sigint() -> None:
 
 
 @contextmanager
-def _progress() -> Iterator[Watch | None]:
+def _open_progress_bar() -> Iterator[Watch | None]:
     """Return a context manager for the function that updates a progress bar.
 
     It yields None if standard error is not a terminal. The remaining time is estimated from the
@@ -166,13 +166,13 @@ def status(folder: str) -> None:
     """Verify the parts in a FOLDER, and report how many are done, missing or damaged."""
     with translate_errors(_OPTIONS), _translate_folder_errors():
         found = read_sweep(folder, partial=True)
-        stand, there = found._verify_found()
+        stand, there = found._verify_existing_parts()
     click.echo(_summary_text(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_ranges_text(list_gaps(there, found.parts))}")
+        click.echo(f"{MISSING}: {left} parts, {_format_ranges(list_gaps(there, found.parts))}")
     for how, parts in stand.items():
         if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_ranges_text(_split_ranges(parts))}")
+            click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_split_ranges(parts))}")
     failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
     if failed:
         click.echo(f"failed: {failed} tops, whose status is not 0")
@@ -198,7 +198,7 @@ def _split_ranges(numbers: list[int]) -> Iterator[range]:
         yield range(numbers[a], numbers[b - 1] + 1)
 
 
-def _ranges_text(runs: Iterator[range]) -> str:
+def _format_ranges(runs: Iterator[range]) -> str:
     """Return the first ranges as text, such as 3:7 for the numbers 3 to 6."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

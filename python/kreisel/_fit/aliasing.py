@@ -36,7 +36,9 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
         for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
             alias = replace(point, rate=point.rate + (other - rate) * axis)
             made.append(alias)
-            made += _keep_momentum(parameters, alias, axis, rate / other if other else 0.0)
+            made += _alias_with_same_momentum(
+                parameters, alias, axis, rate / other if other else 0.0
+            )
     return made
 
 
@@ -50,7 +52,9 @@ def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]
             yield axis, float(own)
 
 
-def _keep_momentum(p: Parameters, alias: Point, axis: Array, factor: float) -> list[Point]:
+def _alias_with_same_momentum(
+    p: Parameters, alias: Point, axis: Array, factor: float
+) -> list[Point]:
     """Return a copy of the alias with the moment about a principal axis scaled, if it is free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0

@@ -267,7 +267,7 @@ def make_fit(session: SearchSession) -> Fit:
         tuple(units),
         dict(zip(names, map(float, values), strict=True)),
         dict(zip(names, map(float, errors), strict=True)),
-        _compare_moments(p, names, values, by_step, spectrum),
+        _moment_ratios(p, names, values, by_step, spectrum),
         covariance,
         residuals,
         sigma,
@@ -275,7 +275,7 @@ def make_fit(session: SearchSession) -> Fit:
         _measure_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
         () if session.alias is None else (describe_alias(best.point, session.alias),),
-        session.measure_share(),
+        session.measure_relative_residual(),
         session.measure_excess(),
         _describe_bounds(p, best.point, best.natural),
         best.has_converged,
@@ -289,7 +289,7 @@ def make_fit(session: SearchSession) -> Fit:
     )
 
 
-def _compare_moments(
+def _moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
     """Return the ratios of the moments to the last one, with their standard deviations."""

@@ -57,7 +57,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     """Yield the known changes that leave some measurements unaffected, each with a sentence."""
-    yield from _list_scales(p, point)
+    yield from _list_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
     if np.linalg.norm(turned) > _LEVEL * np.linalg.norm(point.turning):
@@ -69,10 +69,10 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _yield_change_if_free(p, sentence, {"attitude": axis})
-            carried = -np.cross(point.velocity_at_rest - point.rate, axis)
+            carried = -np.cross(point.inertial_velocity - point.rate, axis)
             yield from _yield_change_if_free(p, sentence, {"attitude": axis, "velocity": carried})
     yield from _list_rotations_about_axis(p, point)
-    yield from _list_shifts(p, point)
+    yield from _list_clock_shifts_and_rotations(p, point)
 
 
 def _yield_change_if_free(
@@ -87,7 +87,7 @@ def _yield_change_if_free(
     yield sentence, change
 
 
-def _average_equal_moments(columns: Array, values: Array) -> Array:
+def _average_over_groups(columns: Array, values: Array) -> Array:
     """Return the mean of the values in each group of equal parameters, a column of `columns`."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
@@ -99,12 +99,12 @@ def _has_torque(point: Point) -> bool:
     return bool(point.mass * pull * np.linalg.norm(point.com))
 
 
-def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    own = _list_factors_of_torque(p, point)
-    size: dict[str, Array] = {"moments": _average_equal_moments(p.moments, point.densities)}
+def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+    own = _list_torque_scalings(p, point)
+    size: dict[str, Array] = {"moments": _average_over_groups(p.moments, point.densities)}
     others, is_scalable = ["damping"], p.has("damping") or not point.damping.any()
     if p.has("damping"):
-        size["damping"] = _average_equal_moments(p.damping, point.damping)
+        size["damping"] = _average_over_groups(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
         if p.has(name):
             size[name] = value
@@ -130,7 +130,7 @@ def _list_scales(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
         yield from _yield_change_if_free(p, sentence, {**own[first], **against})
 
 
-def _list_factors_of_torque(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
+def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
     """Return the changes that scale the torque of gravity, one for each of its factors."""
     made = {
         "com": {"com": point.com},
@@ -167,17 +167,17 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_if_free(p, sentence, heavier)
     if p.has("damping"):
-        drag = _average_equal_moments(p.damping, point.damping * unit)
+        drag = _average_over_groups(p.damping, point.damping * unit)
         yield from _yield_change_if_free(p, sentence, {**spin, "damping": drag})
         yield from _yield_change_if_free(p, sentence, {**spin, "damping": 2.0 * drag})
     across = np.array([0.0, 1.0, -1.0])
     sentence = "damping across the axis, one way against the other: only their mean counts"
     yield from _yield_change_if_free(
-        p, sentence, {"damping": _average_equal_moments(p.damping, np.roll(across, k))}
+        p, sentence, {"damping": _average_over_groups(p.damping, np.roll(across, k))}
     )
 
 
-def _list_shifts(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
+def _list_clock_shifts_and_rotations(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     """Yield shifts of all clocks, and rotations of the principal axes relative to the attitude."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start)

@@ -132,13 +132,13 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution)
     attitude = multiply_quaternions(multiply_quaternions(first, motion.attitude), turn)
     seen = motion._replace(attitude=attitude, rate=motion.rate @ turned)
     if motion.is_at_rest:
-        seen = _see_from_support(seen, parameters.start.turning)
-    point = _apply_body(parameters, moments, lever, solution)
+        seen = _to_support_frame(seen, parameters.start.turning)
+    point = _replace_body(parameters, moments, lever, solution)
     rate = seen.rate[:3].mean(axis=0)
-    return Guess(_start_at_zero(parameters, point, seen.t[0], seen.attitude[0], rate), seen)
+    return Guess(_point_through_state(parameters, point, seen.t[0], seen.attitude[0], rate), seen)
 
 
-def _see_from_support(motion: MotionData, turning: Array) -> MotionData:
+def _to_support_frame(motion: MotionData, turning: Array) -> MotionData:
     """Return the motion relative to a support that initially coincides with the inertial frame."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
@@ -159,7 +159,7 @@ def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
     return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
 
 
-def _apply_body(
+def _replace_body(
     parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
 ) -> Point:
     """Return the scene's point with the free parameters of the body taken from a solution."""
@@ -188,7 +188,7 @@ def _apply_body(
     return replace(base, **changes)  # type: ignore[arg-type]
 
 
-def _start_at_zero(
+def _point_through_state(
     parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
 ) -> Point:
     """Return the point whose motion passes through the given state at the time `since`."""
@@ -240,9 +240,9 @@ def _list_equation_columns(
 ) -> list[Array]:
     """Return the columns of the equation, with a shape of (n, 3, k) for each of its terms."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
-    turning = _find_known_turning(motion, base)
+    turning = _known_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
-    momenta = [rotation @ _inertia_columns(rate, motion.source == "space")]
+    momenta = [rotation @ _momentum_by_inertia(rate, motion.source == "space")]
     momenta += [(rotation @ rotor)[:, :, None]] if rotor.any() else []
     columns = [one + cross_matrix(turning) @ _integrate_by_trapezoids(t, one) for one in momenta]
     columns.append(-np.broadcast_to(np.eye(3), rotation.shape))
@@ -264,7 +264,7 @@ def _list_equation_columns(
     return columns
 
 
-def _find_known_turning(motion: MotionData, base: Point) -> Array:
+def _known_support_velocity(motion: MotionData, base: Point) -> Array:
     """Return the components of the support's velocity that the attitudes allow to transform.
 
     They are zero for a motion relative to the inertial frame.
@@ -299,7 +299,7 @@ def _read_solution(
     return _Solution(inertia, lever, vertical, damping, lost[0] if losses.is_rubbed else 0.0)
 
 
-def _inertia_columns(rate: Array, is_full: bool) -> Array:
+def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
     """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
@@ -365,7 +365,7 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
     slowing = float(found[5]) if len(found) > 5 else 0.0
     triples = [(float(found[0]), float(found[1]), slowing)]
-    triples += [(*pair, 0.0) for pair in _list_nutations(trace, float(turning[2]))]
+    triples += [(*pair, 0.0) for pair in _list_nutation_parameters(trace, float(turning[2]))]
     return [_guess_with_spin(parameters, trace, (apex, change), triple) for triple in triples]
 
 
@@ -374,7 +374,7 @@ def _mean_precession(trace: ApexTrace) -> float:
     return float(np.polyfit(trace.t, angle, 1)[0])
 
 
-def _list_nutations(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
+def _list_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
     """Return pairs (a, k) from the strongest lines in the spectrum of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
@@ -412,7 +412,7 @@ def _guess_with_spin(
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
-    point = _apply_body(parameters, moments, base.weight * base.com, None)
+    point = _replace_body(parameters, moments, base.weight * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
     turn = tilt_to(axis)
@@ -426,7 +426,7 @@ def _guess_with_spin(
     velocity = np.cross(apex, change) + left[:, None] * apex
     rate = (velocity[:, None, :] @ rotation_matrix(attitude))[:, 0]
     motion = MotionData(trace.t, attitude, rate, "apex")
-    start = _start_at_zero(parameters, point, trace.t[0], attitude[0], rate[0])
+    start = _point_through_state(parameters, point, trace.t[0], attitude[0], rate[0])
     return Guess(start, motion, _project_on_constant_spin(parameters, axis))
 
 

@@ -67,18 +67,18 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
     for record in records:
         table = {s.name: s for s in record.series if s.part is None}
         if "q" in table:
-            t, q = _select_stretch(record.t, table["q"])
+            t, q = _select_longest_stretch(record.t, table["q"])
             made += _motion_of_attitudes(t, multiply_quaternions(q, point.axes[None]))
         for name in {"body_velocity", INERTIAL_VELOCITY.name} & table.keys():
-            t, w = _select_stretch(record.t, table[name])
+            t, w = _select_longest_stretch(record.t, table[name])
             up = table.get("body_vertical")
             first = _first_vertical(record.t, up, t) if up is not None and len(t) else None
             found = _motion_of_gyroscope(t, w @ turned, None if first is None else first @ turned)
             is_at_rest = name == INERTIAL_VELOCITY.name and point.is_turning
             made += [motion._replace(is_at_rest=is_at_rest) for motion in found]
         if "velocity" in table:
-            t, w = _select_stretch(record.t, table["velocity"])
-            made += _motion_seen_from_space(t, w)
+            t, w = _select_longest_stretch(record.t, table["velocity"])
+            made += _motion_in_space(t, w)
     order = ("attitude", "vertical", "space", "gyroscope")
     return sorted(made, key=lambda motion: order.index(motion.source))
 
@@ -99,7 +99,7 @@ def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
 def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     table = {s.name: s for s in record.series}
     if "apex" in table:
-        t, e = _select_stretch(record.t, table["apex"])
+        t, e = _select_longest_stretch(record.t, table["apex"])
     elif {"apex_x", "apex_y"} <= table.keys():
         both = table["apex_x"].measured & table["apex_y"].measured
         t = record.t[both[:, 0]]
@@ -123,7 +123,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     return (t, e) if len(t) >= FEWEST else None
 
 
-def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
+def _select_longest_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     """Return the longest sequence of complete rows at distinct times, without a gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
@@ -204,7 +204,7 @@ def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
     return vertical if np.linalg.norm(vertical) > 0.0 else None
 
 
-def _motion_seen_from_space(t: Array, velocity: Array) -> list[MotionData]:
+def _motion_in_space(t: Array, velocity: Array) -> list[MotionData]:
     if len(t) < FEWEST:
         return []
     attitude = _integrate_attitude(t, velocity, np.array([1.0, 0.0, 0.0, 0.0]), True)

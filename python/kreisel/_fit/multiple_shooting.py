@@ -82,7 +82,7 @@ class ShootingModel:
         for k in range(count):
             self._add_piece(k, records, sigmas)
         self.first = int(np.flatnonzero(self.edges[:-1] <= 0.0)[-1])  # the piece with the start
-        self.columns = self._number_columns()
+        self.columns = self._column_indices()
         self.data_size = sum(len(rows) for rows in self.rows)
         self.size = self.data_size + 6 * (count - 1)
         self.evaluations = 0
@@ -108,7 +108,7 @@ class ShootingModel:
         self.models.append(model)
         self.rows.append(np.concatenate(rows))
 
-    def _number_columns(self) -> list[Indices]:
+    def _column_indices(self) -> list[Indices]:
         """Return the indices of the columns that belong to the parameters of each piece."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
@@ -139,7 +139,7 @@ class ShootingModel:
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
-                points[float(t)] = replace(point, attitude=q, rate=point.find_rate(q, m))
+                points[float(t)] = replace(point, attitude=q, rate=point.rate_of_state(q, m))
         return PieceStarts(tuple(points[float(t)] for t in edges))
 
     def move(self, pieces: PieceStarts, step: Array) -> PieceStarts:
@@ -175,16 +175,16 @@ class ShootingModel:
             jacobian[np.ix_(self.rows[k], self.columns[k])] = found.jacobian
         for k in range(len(self.models) - 1):
             at = slice(self.data_size + 6 * k, self.data_size + 6 * k + 6)
-            residuals[at], jacobian[at] = self._compare_ends(pieces, k)
+            residuals[at], jacobian[at] = self._gap_after_piece(pieces, k)
         return Evaluation(residuals, jacobian)
 
-    def _compare_ends(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
+    def _gap_after_piece(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
         """Return the gap between piece k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
         rotation, moments = rotation_matrix(end.q), point.moments
-        momentum, rate = rotation.T @ end.m, point.find_rate(end.q, end.m)
+        momentum, rate = rotation.T @ end.m, point.rate_of_state(end.q, end.m)
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
         p = self.models[k].parameters
@@ -194,7 +194,7 @@ class ShootingModel:
         by_rate -= cross_matrix(support) @ end.by[:3]
         if p.has("moments"):
             whole = (rate + support) / moments
-            by_rate[:, p.at("moments")] -= whole[:, None] * p.moments_by_step()
+            by_rate[:, p.at("moments")] -= whole[:, None] * p.moments_jacobian()
         if p.has("rotor"):
             by_rate[:, p.at("rotor")] -= np.diag(1.0 / moments)
         if p.has("turning"):
@@ -225,7 +225,7 @@ def minimize_by_shooting(
     for gap in GAPS:
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
-        tell = report if gap == GAPS[-1] else _ignore
+        tell = report if gap == GAPS[-1] else _ignore_minimum
         found = minimize(model, pieces, Search(loss, stage, _FTOL, tell, is_stiff=True))
         pieces = found.point  # type: ignore[assignment]
         if not found.cost <= _HOPELESS * model.size:
@@ -237,9 +237,9 @@ def minimize_by_shooting(
 def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
     """Return True if pieces that need not join agree with the records."""
     model.gap = GAPS[0]
-    search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore, is_stiff=True)
+    search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
-def _ignore(_: Minimum) -> None:
+def _ignore_minimum(_: Minimum) -> None:
     """Ignore a minimum at which the pieces do not join."""

@@ -128,7 +128,7 @@ class Point:
         return bool(self.turning.any())
 
     @cached_property
-    def velocity_at_rest(self) -> Array:
+    def inertial_velocity(self) -> Array:
         """The angular velocity relative to the inertial frame, in principal-axis components."""
         if not self.is_turning:
             return self.rate
@@ -138,10 +138,10 @@ class Point:
     @cached_property
     def momentum(self) -> Array:
         """The angular momentum, in principal-axis components."""
-        made: Array = self.moments * self.velocity_at_rest + self.rotor
+        made: Array = self.moments * self.inertial_velocity + self.rotor
         return made
 
-    def find_rate(self, q: Array, m: Array) -> Array:
+    def rate_of_state(self, q: Array, m: Array) -> Array:
         """Return the angular velocity relative to the support for a state of the motion."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
@@ -168,11 +168,11 @@ class Point:
             gravity=self.gravity,
             damping=self.damping,
             turning=self.turning if self.is_turning else None,
-            shaking=self.shaking_since(since),
+            shaking=self.shaking_from(since),
             friction=self.friction,
         )
 
-    def shaking_since(self, t: float) -> Vector | None:
+    def shaking_from(self, t: float) -> Vector | None:
         """Return the shaking of a scene that starts at the time t of the motion."""
         if not self.shaking.any():
             return None
@@ -209,7 +209,7 @@ def point_of_scene(scene: Scene) -> Point:
         {},
     )
     still.__dict__["moments"] = moments  # without the rounding error of the densities
-    return replace(still, rate=still.find_rate(attitude, np.array(scene.momentum)))
+    return replace(still, rate=still.rate_of_state(attitude, np.array(scene.momentum)))
 
 
 def _is_physical(point: Point) -> bool:
@@ -235,7 +235,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
     return tuple(name for name in FREE if name in names)
 
 
-def _group_equal(values: Array) -> Array:
+def _group_equal_numbers(values: Array) -> Array:
     """Return a matrix with three rows and one column of ones for each group of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
@@ -257,8 +257,8 @@ class Parameters:
     def __init__(self, scene: Scene, free: tuple[str, ...], records: Sequence[Record]) -> None:
         self.scene, self.free, self.records = scene, free, tuple(records)
         self.start = point_of_scene(scene)
-        self.moments = _group_equal(self.start.moments)
-        self.damping = _group_equal(self.start.damping)
+        self.moments = _group_equal_numbers(self.start.moments)
+        self.damping = _group_equal_numbers(self.start.damping)
         if "axes" in free and ("rotor" in free or self.start.rotor.any()):
             raise ValueError("axes cannot be free for a body with a rotor, whose axis is given")
         length = float(np.linalg.norm(self.start.com))
@@ -269,7 +269,7 @@ class Parameters:
         self.slices: dict[Key, slice] = {}
         self.size = 0
         for name in free:
-            self._add((name, -1, ""), self._count_numbers(name))
+            self._add((name, -1, ""), self._count_components(name))
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
@@ -307,7 +307,7 @@ class Parameters:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
 
-    def _count_numbers(self, name: str) -> int:
+    def _count_components(self, name: str) -> int:
         """Return the number of free components of a parameter."""
         if name in ("moments", "damping"):
             return int((self.moments if name == "moments" else self.damping).shape[1])
@@ -359,11 +359,11 @@ class Parameters:
         if "friction" in changes:
             changes["friction"] = max(float(changes["friction"]), 0.0)
         if "shaking" in changes:
-            changes["shaking"] = self._bound_shaking(np.array(changes["shaking"]), point)
+            changes["shaking"] = self._normalize_shaking(np.array(changes["shaking"]), point)
         instruments = self._move_instruments(point, step) if point.instruments else {}
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
-    def _bound_shaking(self, shaking: Array, before: Point) -> Array:
+    def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
         """Return the equivalent shaking with a positive rate and the scene's sign of amplitude."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
@@ -395,7 +395,7 @@ class Parameters:
             made[self.at("friction")] = point.friction
         return made
 
-    def moments_by_step(self) -> Array:
+    def moments_jacobian(self) -> Array:
         """Return the Jacobian matrix of the moments with respect to the free densities."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
@@ -492,7 +492,7 @@ class Parameters:
             gravity=point.gravity,
             damping=point.damping if is_diagonal else order @ point.damping,
             turning=point.turning,
-            shaking=point.shaking_since(since),
+            shaking=point.shaking_from(since),
             friction=point.friction,
         )
 
@@ -562,7 +562,7 @@ class Parameters:
             columns = self.moments if name == "moments" else self.damping
             first = columns.argmax(axis=0)
             if name == "moments":
-                rows[:, at] = self.moments_by_step()[first]
+                rows[:, at] = self.moments_jacobian()[first]
             chosen: Array = (point.moments if name == "moments" else point.damping)[first]
             return chosen
         if name == "lever":

@@ -81,7 +81,7 @@ class Motion:
         return abs(self.point.axes[0]) == 1.0 and not self.parameters.has("axes")
 
     @cached_property
-    def attitude_by(self) -> Array:
+    def attitude_derivatives(self) -> Array:
         """The derivatives of the attitude, as rotation vectors with principal-axis components."""
         made: Array = self.tangents[:, :3] @ self.transform
         return made
@@ -173,7 +173,7 @@ class Motion:
         by, along = np.empty((len(w), 0, 0)), np.empty((len(w), 0))
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
-            for name, gain in self._differentiate_weight(t):
+            for name, gain in self._differentiate_vertical_acceleration(t):
                 by[:, :, self.parameters.at(name)] += up.values[:, :, None] * gain[:, None]
         if self.has_rate:
             along = change.rate @ by_change.T + weight[:, None] * up.rate
@@ -182,7 +182,7 @@ class Motion:
             along += (amplitude * pace**3 * np.sin(pace * t + phase))[:, None] * up.values
         return Prediction(found, by, along)
 
-    def _differentiate_weight(self, t: Array) -> Iterator[tuple[str, Array]]:
+    def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
         if self.parameters.has("gravity"):
             yield "gravity", np.ones((len(t), 1))
@@ -203,7 +203,7 @@ class Motion:
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
-            by = cross_matrix(found) @ self.attitude_by
+            by = cross_matrix(found) @ self.attitude_derivatives
             if self.parameters.has("turning"):
                 by[:, :, self.parameters.at("turning")] += np.swapaxes(rotation, 1, 2)
         rate = np.cross(found, self.flow[:, :3]) if self.has_rate else np.empty((len(rotation), 0))
@@ -248,7 +248,7 @@ class Motion:
         found = values("spin_angle", body._block, states)[:, None]
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
-            by = by_turn @ self.attitude_by
+            by = by_turn @ self.attitude_derivatives
             if p.has("com"):
                 by[:, :, p.at("com")] += by_com
             if p.has("lever"):

@@ -149,10 +149,10 @@ class ResidualModel:
     def _evaluate(self, point: Point, has_jacobian: bool) -> Evaluation:
         times, where = self._shift_times(point)
         scene = self.parameters.to_differentiable_scene(point, self.origin)
-        states, tangents = self._solve_both_sides(
+        states, tangents = self._solve_both_directions(
             scene, times, self._tangents if has_jacobian else ()
         )
-        transform = self._scene_by_parameters(point) if has_jacobian else np.empty((0, 0))
+        transform = self._scene_jacobian(point) if has_jacobian else np.empty((0, 0))
         if self._end_time:
             last = int(where[-1][0])
             by = tangents[last] @ transform if has_jacobian else np.empty(0)
@@ -192,7 +192,7 @@ class ResidualModel:
         needs |= {"com"} if "lever" in needs else set()
         return tuple(name for name in TANGENTS if name in needs)
 
-    def _solve_both_sides(
+    def _solve_both_directions(
         self, scene: Scene, t: Array, tangents: tuple[str, ...]
     ) -> tuple[Array, Array]:
         """Return the states and tangents at increasing times, which may be negative."""
@@ -201,7 +201,7 @@ class ResidualModel:
         parts: list[Path] = []
         for times in (t[:back][::-1], t[back:]):
             if len(times) or not len(t):
-                parts.append(self._solve_side(scene, times, tangents))
+                parts.append(self._solve_one_direction(scene, times, tangents))
         if not self._max_steps or not tangents:
             steps = max(path.stats.steps for path in parts)
             self._max_steps = max(self._max_steps, _FEWEST_STEPS + _STEPS * steps)
@@ -213,14 +213,14 @@ class ResidualModel:
         states, *by = [part[0] if len(part) == 1 else np.concatenate(part) for part in columns]
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
-    def _solve_side(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
+    def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Return the path at times of one sign; trials with tangents have a limit on the steps."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _scene_by_parameters(self, point: Point) -> Array:
+    def _scene_jacobian(self, point: Point) -> Array:
         """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
@@ -239,8 +239,8 @@ class ResidualModel:
             elif name == "velocity":
                 made[3:6, at] = rotation * point.moments
             elif name == "moments":
-                made[3:6, at] = (rotation * point.velocity_at_rest) @ p.moments_by_step()
-                made[places[name], at] = p.moments_by_step()
+                made[3:6, at] = (rotation * point.inertial_velocity) @ p.moments_jacobian()
+                made[places[name], at] = p.moments_jacobian()
             elif name == "lever":
                 made[places["com"], at] = p.lever[:, None]
             elif name == "damping":
@@ -268,7 +268,9 @@ class _RowBuilder:
         self.view = None if mounting is None else rotation_matrix(mounting).T
         self.weight = np.where(rows.mask, 1.0 / rows.sigma, 0.0)
         self.residuals = self.weight * (
-            self._compare_attitudes() if rows.series.is_attitude else self._compare_values(place)
+            self._attitude_differences()
+            if rows.series.is_attitude
+            else self._value_differences(place)
         )
 
     def _instrument_value(self, name: str) -> Array | None:
@@ -281,7 +283,7 @@ class _RowBuilder:
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
-    def _compare_attitudes(self) -> Array:
+    def _attitude_differences(self) -> Array:
         mounting = self._instrument_value("mounting")
         turn = self.point.axes
         if mounting is not None:
@@ -291,7 +293,7 @@ class _RowBuilder:
         self.turned = logarithm(multiply_quaternions(back, measured))
         return -self.turned
 
-    def _compare_values(self, place: Array | None) -> Array:
+    def _value_differences(self, place: Array | None) -> Array:
         series = self.rows.series
         found = self.motion.predict(series.quantity, place)
         if self.view is not None and series.quantity in SEEN_FROM_BODY:
@@ -325,7 +327,7 @@ class _RowBuilder:
     def _differentiate_attitudes(self) -> Array:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
-        made: Array = left @ self.motion.attitude_by
+        made: Array = left @ self.motion.attitude_derivatives
         if p.has("axes"):
             made[:, :, p.at("axes")] -= right
         mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")

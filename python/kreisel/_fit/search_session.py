@@ -203,7 +203,7 @@ class SearchSession:
             and not self.best.pieces
         ):
             self._split_chaotic(self.best.point)
-        self._choose_sign()
+        self._choose_sign_of_com()
         self._choose_heading()
         self._refine_with_estimated_sigmas()
         self._try_aliases()
@@ -227,9 +227,9 @@ class SearchSession:
             nearest = min(points, key=lambda entry: entry[1])
             self._search_from(nearest[2], self._end)
         if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
-            self._search_slowly(points[0][2])
+            self._search_with_slow_growth(points[0][2])
 
-    def _search_slowly(self, point: Point) -> None:
+    def _search_with_slow_growth(self, point: Point) -> None:
         """Search from the scene's body on slowly growing parts of the records.
 
         The search then never loses the phase of an oscillation. The body of a first guess is not
@@ -319,7 +319,7 @@ class SearchSession:
         if before is not None and has_ended and found.cost > (1.0 - _SAME) * before.cost:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
-    def _choose_sign(self) -> None:
+    def _choose_sign_of_com(self) -> None:
         """Reverse the centre of mass if it is then on the same side as that of the scene.
 
         If the vertical is reversed too, instruments on the body measure the same values.
@@ -331,7 +331,9 @@ class SearchSession:
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
             attitude = multiply_quaternions(half_turn, best.point.attitude)
-            self._choose_twin(best, replace(best.point, attitude=attitude, com=-best.point.com))
+            self._replace_best_if_equivalent(
+                best, replace(best.point, attitude=attitude, com=-best.point.com)
+            )
 
     def _choose_heading(self) -> None:
         """Rotate the best point about the vertical so that its turning agrees with the scene's.
@@ -348,9 +350,11 @@ class SearchSession:
         turn = exponential(np.array([0.0, 0.0, angle]))
         attitude = multiply_quaternions(turn, best.point.attitude)
         turning = rotation_matrix(turn) @ found
-        self._choose_twin(best, replace(best.point, attitude=attitude, turning=turning))
+        self._replace_best_if_equivalent(
+            best, replace(best.point, attitude=attitude, turning=turning)
+        )
 
-    def _choose_twin(self, best: Solution, twin: Point) -> None:
+    def _replace_best_if_equivalent(self, best: Solution, twin: Point) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits as well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
@@ -550,7 +554,7 @@ class SearchSession:
         else:
             self._search_from(best.point, self._end)
 
-    def measure_share(self) -> float:
+    def measure_relative_residual(self) -> float:
         """Return the magnitude of the residuals relative to that of the values, or to 1 rad."""
         assert self.best is not None
         shares = [

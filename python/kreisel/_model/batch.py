@@ -87,7 +87,7 @@ class Batch(Generic[_M]):
             for name, values in self.coords.items()
         ]
 
-    def _forget_variation(self) -> Self:
+    def _clear_variation_cache(self) -> Self:
         """Clear the cached names of the varying parameters and of the dimensions."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self

@@ -329,7 +329,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             unphysical=np.reshape([body.unphysical for body in bodies], shape),
             rotor=np.reshape([body.rotor for body in bodies], (*shape, 3)),
         )
-        return made._forget_variation()
+        return made._clear_variation_cache()
 
     def _broadcast_to(self, shape: Shape) -> Bodies:
         """Return the bodies broadcast to `shape`."""

@@ -76,7 +76,7 @@ class EnsembleConstructors(EnsembleData[S]):
         at, by = parse_parameter("angles", angles, (3,)), parse_parameter("rates", rates, (3,))
         make = partial(cls._one.from_euler, degrees=in_degrees)
         turned, moved = (
-            split_three(array_to_radians(each.values, in_degrees)) for each in (at, by)
+            split_vectors(array_to_radians(each.values, in_degrees)) for each in (at, by)
         )
         around = Environment(gravity, damping, turning, shaking, friction)
         return cls._from_euler(bodies, [at, by], turned, moved, around, make)
@@ -177,7 +177,7 @@ def array_to_radians(values: Array, degrees: bool) -> Array:
     return values * _DEGREE if degrees else values
 
 
-def split_three(vector: Array) -> Components:
+def split_vectors(vector: Array) -> Components:
     """Split vectors into three components."""
     x, y, z = split_components(vector)
     return x, y, z

@@ -34,7 +34,7 @@ def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
     return high, rest - (high - total)
 
 
-def keep_velocity(
+def momentum_at_same_velocity(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
     """Return the momentum of the body `new` with the angular velocity of the body `old`.

@@ -161,7 +161,7 @@ class Scene:
         return any(self.damping) or self.friction > 0.0
 
     @cached_property
-    def _rate_bound(self) -> float:
+    def _rate_estimate(self) -> float:
         """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
@@ -174,7 +174,7 @@ class Scene:
     @cached_property
     def _safe_horizon(self) -> float:
         """A time [T] up to which `check_horizon` is certain to raise no error."""
-        return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
+        return 0.5 * _COUNTABLE / self._rate_estimate if self._rate_estimate > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:

@@ -68,7 +68,7 @@ class _EnergySurface(NamedTuple):
         normal = np.sqrt(self.moments) * P
         return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
-    def angle_at_rest(self, P: Array, apex: Array) -> Array:
+    def angle_of_stationary_height(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
         first, second = self._momentum_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
@@ -185,7 +185,7 @@ def starts(
         P, alpha = _random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
     q = _shortest_rotations(P @ to_principal.T)
-    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_variation()
+    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._clear_variation_cache()
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
@@ -223,7 +223,7 @@ def _grid_starts(
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
     if len(counts) == 2:
-        begin = surface.angle_at_rest(P, apex)
+        begin = surface.angle_of_stationary_height(P, apex)
     alpha = begin[:, None] + math.tau * np.arange(directions) / directions
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 

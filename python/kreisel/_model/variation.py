@@ -28,7 +28,7 @@ from .ensemble_constructors import (
     EnsembleConstructors,
     array_to_radians,
     parse_tilt,
-    split_three,
+    split_vectors,
     steady_rates,
 )
 from .ensemble_data import ONE_OF, broadcast_shape
@@ -89,7 +89,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return many(body, **around._asdict(), **plain)
-    return many._from_euler(body, *start, around, _accept_any)
+    return many._from_euler(body, *start, around, _accept_any_arguments)
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
@@ -102,7 +102,7 @@ def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
     return Environment(**words)
 
 
-def _accept_any(_: object, **__: object) -> None:
+def _accept_any_arguments(_: object, **__: object) -> None:
     """Accept any arguments and do nothing, in place of the constructor of one member."""
 
 
@@ -195,7 +195,7 @@ def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _S
         name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given
     }
     angles, rates = (
-        split_three(
+        split_vectors(
             array_to_radians(parameters[name].values, degrees)
             if name in parameters
             else np.asarray(own[name])
@@ -227,20 +227,22 @@ def scatter(
     words = scene._arguments()
     with np.errstate(all="ignore"):
         if momentum is not None:
-            off = _parse_width("momentum", momentum, 3) * normal[:, :3]
+            off = _parse_standard_deviation("momentum", momentum, 3) * normal[:, :3]
             words["momentum"] = np.array(scene.momentum) + off
         if attitude is not None:
             turns, own = (
-                _parse_width("attitude", attitude, 3) * normal[:, 3:6],
+                _parse_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
             words["attitude"] = map_blocks(_rotate_first, (count,), 4, own, turns)
         if gravity is not None:
-            words["gravity"] = scene.gravity + _parse_width("gravity", gravity, 1) * normal[:, 6]
-    return many(**words)._forget_variation()
+            words["gravity"] = (
+                scene.gravity + _parse_standard_deviation("gravity", gravity, 1) * normal[:, 6]
+            )
+    return many(**words)._clear_variation_cache()
 
 
-def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:
+def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
     """Return a standard deviation: one number for all components, or one for each component."""
     made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():

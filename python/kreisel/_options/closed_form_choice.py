@@ -18,7 +18,7 @@ _LARGEST_CERTIFICATE: Final = 1e-11  # the core refuses closed forms with a larg
 _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
-class _TorusForm(NamedTuple):
+class _TorusFormCosts(NamedTuple):
     """The costs of a closed form, in units of one step of the Taylor series.
 
     The values were chosen by validation/studies/set_up_times.py. With these values, the closed form
@@ -35,8 +35,8 @@ class _TorusForm(NamedTuple):
 
 
 _FORMS: Final = {
-    "kowalewski": _TorusForm(ratio=2.0, set_up=2e3, state=0.5),
-    "goryachev_chaplygin": _TorusForm(ratio=4.0, set_up=6e4, state=20.0),
+    "kowalewski": _TorusFormCosts(ratio=2.0, set_up=2e3, state=0.5),
+    "goryachev_chaplygin": _TorusFormCosts(ratio=4.0, set_up=6e4, state=20.0),
 }
 
 
@@ -47,7 +47,7 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
     """
     if _ends_too_early(scene, t):
         return False
-    return explain_series(scene, as_finite_array("t", t, TIMES_FORM)) is None
+    return explain_taylor_choice(scene, as_finite_array("t", t, TIMES_FORM)) is None
 
 
 def _ends_too_early(scene: Scene, t: object) -> bool:
@@ -60,11 +60,11 @@ def _ends_too_early(scene: Scene, t: object) -> bool:
         last = t[-1]
     form = _FORMS[scene.body.kind]
     # The angular velocity is at most `ratio` times the rate.
-    most_steps = (0.5 * form.ratio + 1.0) * scene._rate_bound
+    most_steps = (0.5 * form.ratio + 1.0) * scene._rate_estimate
     return isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up
 
 
-def explain_series(scene: Scene, times: Array | None) -> str | None:
+def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     """Return the reason why 'auto' integrates a Kowalewski or Goryachev-Chaplygin top numerically.
 
     Returns None if 'auto' uses the closed form. The closed form is used if it is at least as fast
@@ -78,7 +78,7 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene)
-    if _misses_ratio(scene, form.ratio):
+    if _has_mismatch(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene"
     if times is None:
         return (
@@ -97,7 +97,7 @@ def explain_series(scene: Scene, times: Array | None) -> str | None:
     return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
 
 
-def _misses_ratio(scene: Scene, ratio: float) -> bool:
+def _has_mismatch(scene: Scene, ratio: float) -> bool:
     """Return True if the body only approximately satisfies the conditions of the closed form."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))

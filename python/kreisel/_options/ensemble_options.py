@@ -80,7 +80,7 @@ class EnsembleOptions:
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
-    def core_reductions(self) -> list[tuple[str, int, int]]:
+    def reductions_for_core(self) -> list[tuple[str, int, int]]:
         """The reductions in the form that a worker of the core accepts."""
         return [one[:3] for one in self.reductions]
 

@@ -12,7 +12,7 @@ from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.html import format_table
 from .._utils.validation import Array
-from .closed_form_choice import explain_series
+from .closed_form_choice import explain_taylor_choice
 from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus
 from .quantities import HEADING_DEPENDENT, count_components
 from .solve_options import CoreArguments, SolveOptions
@@ -174,7 +174,7 @@ def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return options.step * max(velocity, scene._rate_bound)
+    return options.step * max(velocity, scene._rate_estimate)
 
 
 def _explain_method(
@@ -190,7 +190,7 @@ def _explain_method(
         if options.step is not None or options.tol is not None:
             return "the closed form has neither step nor tol"
         # A path can have times for which kreisel.solve would use the closed form.
-        return explain_series(scene, times) or explain_series(scene, None) or ""
+        return explain_taylor_choice(scene, times) or explain_taylor_choice(scene, None) or ""
     if not options.method.exact:
         return explain_no_closed_form(scene)
     reason = f"{describe_kind(scene)} has a closed form"

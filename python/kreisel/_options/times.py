@@ -216,7 +216,7 @@ def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))
-    angle = scene._rate_bound * abs(end)
+    angle = scene._rate_estimate * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "

@@ -168,7 +168,7 @@ def _draw_path(
     has_events = events is not None and len(events.t) > 0
     if events is not None and has_events:
         _mark_events(axes, path.t, around, events, unit)
-    _explain_marks(sphere, bool(heights), has_events)
+    _draw_legend(sphere, bool(heights), has_events)
     above.set_ylabel(f"nutation [{sign}]")
     below.set(xlabel=time, ylabel=f"precession [{sign}]")
     _widen_narrow_range(above, unit)
@@ -177,7 +177,7 @@ def _draw_path(
         apply_style(chart)
 
 
-def _explain_marks(sphere: Axes, has_limits: bool, has_events: bool) -> None:
+def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
     """Write a legend of the dots and the dashed lines below a sphere."""
     ink = matplotlib.rcParams["text.color"]
     marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]

@@ -124,7 +124,7 @@ class Film:
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project(self._apex)
-        begin, out = _reach_along(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
+        begin, out = _extent_along_apex(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
@@ -147,7 +147,7 @@ class Film:
             shadow.remove()
 
 
-def _reach_along(corners: Array, apex: Array) -> tuple[float, float]:
+def _extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
     """Return the positions of the two ends of the body along the axis of the apex."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())

@@ -63,7 +63,7 @@ def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
             linewidth=1.4 if len(curves) == 1 else 0.8, zorder=2.0 + 0.1 * float(k),
             alpha=max(0.15, min(1.0, 20.0 / len(curves))),
         )  # fmt: skip
-    marks = _explain_classes(classes)
+    marks = _legend_entries(classes)
     if indicator.name == "megno":
         chart.axhline(indicator.threshold, color=FAINT, linewidth=0.9, linestyle="--", zorder=1)
         marks.append(Line2D([], [], color=FAINT, linewidth=0.9, linestyle="--", label="threshold"))
@@ -76,7 +76,7 @@ def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
     return chart
 
 
-def _explain_classes(classes: npt.NDArray[np.int8]) -> list[Line2D]:
+def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     """Return the entries of a legend for the classes that occur."""
     found, counts = np.unique(classes, return_counts=True)
     marks = []

@@ -128,7 +128,7 @@ def draw_scale(
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    aside, upwards = _point_away(x, y, 0.3 * extent)
+    aside, upwards = _direction_away_from_curve(x, y, 0.3 * extent)
     axes.annotate(
         "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
         ha=("center", "left", "right")[round(aside)],
@@ -148,7 +148,7 @@ def draw_scale(
     )  # fmt: skip
 
 
-def _point_away(x: Array, y: Array, reach: float) -> tuple[float, float]:
+def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
     """Return the direction to the first point from the mean of the points within `reach`.
 
     The direction is to the left if the first point coincides with this mean.

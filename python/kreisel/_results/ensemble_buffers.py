@@ -128,10 +128,10 @@ class EnsembleBuffers:
             part.last = {j: self.last[i] for j, i in numbers if i in self.last}
             part.messages = {j: self.messages[i] for j, i in numbers if i in self.messages}
             part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
-        part.events = self._events_at(which) if self.events else []
+        part.events = self._events_of_rows(which) if self.events else []
         return part
 
-    def _events_at(self, which: Which) -> list[RawEvents]:
+    def _events_of_rows(self, which: Which) -> list[RawEvents]:
         """Return the events of the rows that `which` selects, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
@@ -205,7 +205,7 @@ def run_lanes(
     threads to which the core distributes the tops.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
-    failed, last = Worker(*options.core, options.core_reductions, work).run(
+    failed, last = Worker(*options.core, options.reductions_for_core, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip

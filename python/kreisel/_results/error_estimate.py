@@ -102,16 +102,16 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     error.
     """
     if digits <= 16:
-        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
     to_space, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    turns = _rounding_turns(scene)
+    turns = _rounding_rotations(scene)
     taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
     return np.block([[turns, np.zeros((3, 3))], [taken, own]])
 
 
-def _rounding_turns(scene: Scene) -> Array:
+def _rounding_rotations(scene: Scene) -> Array:
     """Return the rotation vectors, in the body frame, that result from rounding the attitude.
 
     The core stores the attitude of the principal axes. Each component of this quaternion is a sum

@@ -21,7 +21,7 @@ from .._utils.validation import Array, ReadOnlyArrays, as_unit, read_only
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path
-from .turn_times import slowest_turns
+from .turn_times import estimate_turn_times
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -274,7 +274,7 @@ def compute_indicator(
 
     def result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(shape)
-        turns = (abs(t[-1]) / slowest_turns(tops)).reshape(shape)
+        turns = (abs(t[-1]) / estimate_turn_times(tops)).reshape(shape)
         parts = curve.reshape(*shape, t.size), worst.reshape(shape)
         return Indicator(t, *parts, names, name, megno.reshape(shape), turns, tops)
 

@@ -18,7 +18,7 @@ from .state_quantities import Stats
 
 
 @lru_cache(maxsize=256, typed=True)
-def find_request(
+def request_from_arguments(
     method: object,
     step: object = None,
     tol: object = None,
@@ -42,16 +42,16 @@ def find_request(
     return _make_request(series, closed, prefers_closed_form if is_open else None)
 
 
-def request_of(options: SolveOptions) -> Request | None:
+def request_from_options(options: SolveOptions) -> Request | None:
     """Return the request with these options, or None if a single call cannot satisfy it."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
-    return _find_valid_request(options.method.name, *own, options.requested_method, options.want)
+    return _cached_request(options.method.name, *own, options.requested_method, options.want)
 
 
 @lru_cache(maxsize=256, typed=True)
-def _find_valid_request(method: str, *controls: object) -> Request:
+def _cached_request(method: str, *controls: object) -> Request:
     return _make_request(make_options(methods[method], *controls))
 
 
@@ -87,7 +87,7 @@ def solve_request(
     if names is not None and type(names) is not tuple:
         return None  # an iterator, which can be read only once
     try:
-        request = find_request(method, step, tol, digits, max_steps, names)
+        request = request_from_arguments(method, step, tol, digits, max_steps, names)
     except (TypeError, ValueError):
         return None
     path: Path | tuple[SolveOptions, CoreResult] | None = request.solve(scene, t, progress)

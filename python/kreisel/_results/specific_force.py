@@ -31,7 +31,7 @@ SPECIFIC_FORCE = Quantity(
 )
 
 
-def see_from_body(q: Array, vector: Array) -> Array:
+def to_body_frame(q: Array, vector: Array) -> Array:
     """Return the components of a space vector in the body frames with the attitudes q (n, 4)."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)

@@ -18,7 +18,7 @@ from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
 from .core_calls import Origin
-from .specific_force import see_from_body, specific_force
+from .specific_force import specific_force, to_body_frame
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -278,7 +278,7 @@ class States(QuantityAttributes):
         """
         if not any(self.scene.turning):
             return self.body_velocity
-        support = see_from_body(self.q, np.array(self.scene.turning))
+        support = to_body_frame(self.q, np.array(self.scene.turning))
         return read_only(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:

@@ -8,7 +8,7 @@ from .._model.scene import Ensemble
 from .._utils.validation import Array
 
 
-def slowest_turns(tops: Ensemble) -> Array:
+def estimate_turn_times(tops: Ensemble) -> Array:
     """Estimate how long each top takes for one turn about the axis of its largest moment [T].
 
     The times are an array (n,), computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I

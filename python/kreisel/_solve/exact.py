@@ -51,7 +51,7 @@ from .exact_ensemble import (
     from_list,
     no_closed_form_error,
     parse_time_list,
-    refuse_turning,
+    refuse_turning_support,
 )
 from .torus_actions import compute_action
 from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
@@ -427,7 +427,7 @@ def exact(
     if isinstance(scene, Ensemble) and map is None and step is None:
         return from_ensemble(scene)
     top = check_type("scene", scene, Scene)
-    refuse_turning(top)
+    refuse_turning_support(top)
     if map is not None:
         return _exact_map(top, map, step)
     if step is not None:

@@ -121,9 +121,9 @@ class ExactEnsemble:
             return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
         if t.ndim == 2:
-            self._run_slices(exact_states_of_tops, states, t)
+            self._call_in_slices(exact_states_of_tops, states, t)
         else:
-            self._run_slices(partial(exact_states_of_tops, t=t), states)
+            self._call_in_slices(partial(exact_states_of_tops, t=t), states)
         return states
 
     def _check_horizon(self, times: Array) -> None:
@@ -143,7 +143,9 @@ class ExactEnsemble:
     def _error_prefix(self, i: int) -> str:
         return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
-    def _run_slices(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
+    def _call_in_slices(
+        self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
+    ) -> None:
         """Call a function of the core for slices of the tops and of the arrays `rows`.
 
         Raises ValueError for the first top that the function rejects.
@@ -163,7 +165,7 @@ class ExactEnsemble:
         pool.run(SliceTask(self.tops.size, job, collect, work))
         if found:
             first, status = min(found)
-            error = _no_turning_error if function is exact_turnings else no_closed_form_error
+            error = _no_turning_points_error if function is exact_turnings else no_closed_form_error
             raise error(status, member(self.tops, first), self._error_prefix(first))
 
     @cached_property
@@ -176,19 +178,19 @@ class ExactEnsemble:
         """Frequencies, certificate and mismatch as an array (n, 5)."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
-            self._run_slices(torus_heads, heads)
+            self._call_in_slices(torus_heads, heads)
         return heads
 
     @cached_property
     def _mean_rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
-        self._run_slices(exact_rates, rates)
+        self._call_in_slices(exact_rates, rates)
         return rates
 
     @cached_property
     def _turning_points(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
-        self._run_slices(exact_turnings, rows, numbers)
+        self._call_in_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
     def _to_ensemble_shape(self, row: Array) -> Array:
@@ -257,7 +259,7 @@ class ExactEnsemble:
         return self._to_ensemble_shape(self._turning_points.critical_spin)
 
 
-def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
+def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + explain_no_turning_points(status, scene))
 
 
@@ -267,7 +269,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     Raises ValueError if a scene has no closed form; the message contains the index of the first
     such scene.
     """
-    refuse_turning(tops)
+    refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
@@ -280,7 +282,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     return forms
 
 
-def refuse_turning(tops: Scene | Ensemble) -> None:
+def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a support that turns about e3.
 
     The states of such a top have a closed form, but turning points and rates refer to the inertial

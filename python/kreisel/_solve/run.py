@@ -18,7 +18,7 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
 from .._model.environment import Environment
-from .._model.exact_momentum import add_impulse, keep_velocity
+from .._model.exact_momentum import add_impulse, momentum_at_same_velocity
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK, resolve_method
@@ -47,7 +47,7 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
-from .._results.requests import request_of
+from .._results.requests import request_from_options
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -352,7 +352,9 @@ class Run:
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
-            momentum, low = keep_velocity(old, scene.body, q, now.low[1:5], m, now.low[5:])
+            momentum, low = momentum_at_same_velocity(
+                old, scene.body, q, now.low[1:5], m, now.low[5:]
+            )
             scene = scene.replace(momentum=momentum)
         self._restart(now, scene, momentum_low=low)
 
@@ -440,7 +442,7 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
 
     Raises the exception of stop_exception if the core rejects the scene.
     """
-    request = request_of(options)
+    request = request_from_options(options)
     if request is not None:
         status, motion = request.start(scene._block, back, *origin)
     else:

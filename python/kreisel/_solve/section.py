@@ -21,7 +21,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section
-from .._results.turn_times import slowest_turns
+from .._results.turn_times import estimate_turn_times
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, refuse_kinetic, to_core_events
 
@@ -124,7 +124,7 @@ def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)
-        return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
+        return np.minimum(_TURNS * estimate_turn_times(tops), 0.25 * known)
     given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
         raise ValueError("max_wait must not be zero")

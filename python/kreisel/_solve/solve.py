@@ -151,13 +151,15 @@ def solve(
     if is_special or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
         special = error, events, tangents, others
-        options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
+        options = _parse_tangents_events_geometric(
+            scene, method, step, tol, digits, max_steps, want, every, *special
+        )
     else:
         options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
     return _solve_checked(scene, options, t, parse_progress(progress))
 
 
-def _parse_special(
+def _parse_tangents_events_geometric(
     scene: Scene,
     method: str,
     step: float | None,

@@ -101,9 +101,9 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 def check_tangent_times(scene: Scene, times: Array) -> None:
     """Raise ValueError for times so large that doubles cannot resolve neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
-    if scene._rate_bound * end > _LATEST:
+    if scene._rate_estimate * end > _LATEST:
         raise ValueError(
-            f"t must be at most {_LATEST / scene._rate_bound:.3g} in size for the tangents of a "
+            f"t must be at most {_LATEST / scene._rate_estimate:.3g} in size for the tangents of a "
             f"closed form, not {end!r}: they grow, and so do rounding errors of the start"
         )
 
@@ -113,12 +113,12 @@ def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
-        size = scene._rate_bound**2 * max(body.moments) / arm
+        size = scene._rate_estimate**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
         return [_ColumnGroup(size, largest, 1, _change_gravity, _gravity_change)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
-    size = scene._rate_bound * max(body.moments)
+    size = scene._rate_estimate * max(body.moments)
     return [
         _ColumnGroup(1.0, math.inf, 3, _change_attitude, _attitude_change),
         _ColumnGroup(size, math.inf, columns, _change_momentum, _momentum_change),
@@ -173,7 +173,7 @@ def _differentiate(
     scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return the tangents (n, 6, columns) of a group, and their largest relative error."""
-    turned = np.maximum(1.0, scene._rate_bound * np.abs(states[:, 0]))
+    turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
     for number in np.unique(ranges):
@@ -245,6 +245,8 @@ def _central_difference(
         sum((w * quotient for w, quotient in zip(weights, quotients, strict=True)), np.zeros(1))
         for weights in (_ORDER_8, _ORDER_6)
     )
-    units = np.repeat((1.0, scene._rate_bound * max(scene.body.moments)), 3)[:, None] / group.size
+    units = (
+        np.repeat((1.0, scene._rate_estimate * max(scene.body.moments)), 3)[:, None] / group.size
+    )
     sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
     return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)

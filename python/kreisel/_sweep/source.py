@@ -131,7 +131,7 @@ class Source:
                 "random tops need the range of at least one parameter, as spin=(0, 20)"
             )
         for name, one in ranges.items():
-            _check_range(name, one)
+            _check_parameter_bounds(name, one)
         fixed = {
             n: _reshape_along(one, ("top",)) for n, one in parameters.items() if n not in ranges
         }
@@ -333,7 +333,7 @@ def _is_row(lead: Shape) -> bool:
     return len(lead) == 1 and lead[0] > 0
 
 
-def _check_range(name: str, one: Parameter) -> None:
+def _check_parameter_bounds(name: str, one: Parameter) -> None:
     """Raise ValueError unless the two values of a parameter are the ends of a finite range."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")

@@ -190,11 +190,11 @@ class SweepResult:
         foreign if a folder, or a complete part of another plan, has its name. Calling kreisel.sweep
         again with the same arguments computes all other parts that are not done.
         """
-        parts, found = self._verify_found()
+        parts, found = self._verify_existing_parts()
         missing = [i for gap in list_gaps(found, self.parts) for i in gap]
         return parts | ({MISSING: missing} if missing else {})
 
-    def _verify_found(self) -> tuple[dict[str, list[int]], list[int]]:
+    def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
         """Verify the parts that have a file.
 
         Return a mapping from each status to the numbers of its parts, and all numbers as a list.
