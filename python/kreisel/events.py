@@ -24,9 +24,9 @@ path does not change. The initial state is not an event. A function counts as ze
 value is below 2^-50 times the magnitude of its terms. A point at which a function touches zero
 without a change of sign is not an event.
 
-The times of events are as accurate as the path. They are doubles even if the path has more digits,
-but the states at these times have all digits of the path. Rising and falling refer to increasing
-time, even if the path runs backwards.
+The times of events are as accurate as the path. The times are doubles even if the path has more
+digits, but the states at these times have all digits of the path. Rising and falling refer to
+increasing time, even if the path runs backwards.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class Event:
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
-        """Return the values (n,) of the function g at the states of a path."""
+        """Return the values of the function g at all states of a path."""
         check_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
@@ -185,9 +185,10 @@ def loop(**more: Unpack[_More]) -> Event:
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find where the apex comes to rest and turns back.
 
-    A cusp is a highest or lowest point at which the angular speed of the apex is less than `within`
-    times the angular speed of the body. `within` must be at least 1e-7, since rounding errors
-    dominate at smaller values. The other arguments are as in extremum, but `where` is not accepted.
+    A cusp is a highest or lowest point at which the apex is slow: its angular speed is less than
+    `within` times the angular speed of the body. `within` must be at least 1e-7, since rounding
+    errors dominate at smaller values. The other arguments are as in extremum, but `where` is not
+    accepted.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(

@@ -73,11 +73,11 @@ class Apex:
     def nutation(self) -> Nutation:
         """Return mean values over the complete nutation periods of a Lagrange top.
 
-        The complete periods extend from the first to the last lowest point of the trace.
-        kreisel.exact computes the same numbers from a scene; this method computes them from a path
-        of any method. Turning points between states are found by cubic interpolation. The means are
-        accurate to four digits with 50 states per nutation, and to seven digits with 400. If the
-        heights differ by less than 1e-9, the motion is steady precession, and the period is NaN.
+        The complete periods extend from the first to the last lowest point of the trace. The
+        function kreisel.exact computes the same numbers from a scene. Turning points between states
+        are found by cubic interpolation. The means are accurate to four digits with 50 states per
+        nutation, and to seven digits with 400. If the heights differ by less than 1e-9, the motion
+        is steady precession, and the period is NaN.
 
         Raises ValueError for a body that is not a Lagrange top, because its nutation is not
         periodic in general, and for a support that moves. Also raises ValueError if the path has no

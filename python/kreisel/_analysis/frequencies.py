@@ -136,10 +136,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession / truth.precession - 1.0) < 1e-12
         True
 
-    Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
-    that are not evenly spaced, for a top with damping or friction, and for a support that shakes or
-    turns about another axis than e3. Also raises ValueError for a body without torque, if it is on
-    a turning support or if its rotor is not along its axis of symmetry.
+    Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, and for
+    times that are not evenly spaced. Raises ValueError for damping, friction, and a support that
+    shakes or turns about an axis other than e3. A body without torque must not be on a turning
+    support, and its rotor must be along its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t

@@ -77,8 +77,8 @@ class Rod:
     def lagrangian_density(self) -> Array:
         """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        This is the Lagrangian of the top. The shape of the rod makes the integral of this density
-        stationary.
+        The density equals the Lagrangian of the top. The shape of the rod makes the integral of
+        this density stationary.
         """
         total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
@@ -107,7 +107,7 @@ class Rod:
     ) -> Axes:
         """Draw the rod as a solid with matplotlib, and return the axes.
 
-        The cross-section of an isotropic rod is a circle. Otherwise it is an ellipse whose
+        The cross-section of an isotropic rod is a circle. Other cross-sections are ellipses whose
         diameters have the ratio `section`. A dot marks the start of the rod, and a bar shows the
         scale.
 
@@ -156,9 +156,9 @@ def rod(path: Path) -> Rod:
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod carries no load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, a body with a rotor, friction, a moving support, and a
-    centre of mass that is on no principal axis. If the centre of mass is on no principal axis, the
-    torque of gravity does not correspond to a force at the ends of a rod.
+    Raises ValueError for damping, friction, a rotor, and a moving support. Also raises ValueError
+    if the centre of mass is on no principal axis, because gravity then has no counterpart among the
+    forces at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

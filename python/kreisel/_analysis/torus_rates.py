@@ -1,6 +1,6 @@
 """Mean rates of a top whose motion is on an invariant torus, from its closed-form solution.
 
-Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2, and let z be the
+Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2. Let z be the
 projection of the axis onto the horizontal plane. Apart from the rotation by the heading, whose mean
 rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
 
@@ -8,8 +8,9 @@ rate is known, z is a function of chi1 and chi2. Its argument grows at the mean 
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
 likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero the axis is vertical.
-The number of turns along a loop changes by one where the loop passes a zero. Then n1 and n2 depend
-on the positions of the zeros, and the mean rate need not be an integer combination of frequencies.
+The number of turns along a loop changes by one where the loop passes a zero. If z has zeros, n1 and
+n2 depend on the positions of the zeros, and the mean rate need not be an integer combination of
+frequencies.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -84,7 +85,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
 
 
 def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
-    """Compute the signals at angles of the shape (..., 2) [turns]."""
+    """Compute the signals at pairs of angles, an array of shape (..., 2) [turns]."""
     states = form._states_at(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)

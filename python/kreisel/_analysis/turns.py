@@ -4,8 +4,8 @@ Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto
 perpendicular to the direction. The poles are the direction and its opposite; z is 0 if the axis is
 at a pole. Between two states z moves along an arc. The arc turns about 0 by the same angle as its
 chord, unless 0 lies between arc and chord. The velocities at both ends bound the distance of the
-arc from the chord. If 0 may lie between arc and chord, the state at the middle of the time interval
-is computed, and both halves of the arc are examined in the same way.
+arc from the chord. If 0 may lie between arc and chord, the arc is divided. The state at the middle
+of the time interval is computed, and both halves of the arc are examined in the same way.
 """
 
 from __future__ import annotations
@@ -150,10 +150,10 @@ def count_turns(
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compute the gap between each state of a path and the state computed from its predecessor.
 
-    Returns three arrays with one value for each gap: the angle of the gap about 0, a flag that is 1
-    if a pole is between both points, and the size of the gap. The size exceeds rounding errors if
-    the steps of the path were coarse. The size is inf if the gap may turn about a pole in either
-    sense.
+    Returns three arrays with one value for each gap: the angle of the gap about 0, a flag, and the
+    size of the gap. The flag is 1 if a pole is between both points. The size exceeds rounding
+    errors if the steps of the path were coarse. The size is inf if the gap may turn about a pole in
+    either sense.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)

@@ -97,7 +97,7 @@ def _one_line_warnings() -> Iterator[None]:
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be written.
 
-    Otherwise the interpreter would fail again at its exit.
+    Without the redirection, the interpreter would fail again when it exits.
     """
     try:
         sys.stdout.flush()

@@ -24,9 +24,9 @@ _REPORT = "validation.__main__"
 def view(scene: Scene, file: str | None) -> None:
     """Open the scene in an interactive viewer in the browser.
 
-    The viewer shows the moving top, lets you change it, and compares methods. It is a single HTML
-    file that needs no other files. Its location is printed. Without a browser or display, open the
-    file on another computer, or write it to a file of your choice with --save.
+    The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
+    single HTML file that needs no other files. Its location is printed. Without a browser or
+    display, open the file on another computer, or write it to a file of your choice with --save.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):

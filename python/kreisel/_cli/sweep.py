@@ -146,8 +146,8 @@ def ignore_sigint() -> None:
 def _open_progress_bar() -> Iterator[Watch | None]:
     """Return a context manager for the function that updates a progress bar.
 
-    It yields None if standard error is not a terminal. The remaining time is estimated from the
-    average speed since the start of the command.
+    The context manager yields None if standard error is not a terminal. The remaining time is
+    estimated from the average speed since the start of the command.
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()

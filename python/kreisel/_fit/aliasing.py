@@ -23,8 +23,8 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
 
     The list is empty if the body does not turn fast about any of the axes. A faster spin in the
     same direction is included only if there are fewer than two samples per turn. If the moments are
-    free, each point has a second version, in which the moment about the axis is changed so that the
-    momentum stays the same.
+    free, each point has a second version with the same momentum. Its moment about the axis is
+    changed accordingly.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)

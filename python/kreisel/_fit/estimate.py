@@ -63,9 +63,9 @@ def fit(
     During the search, the moments remain those of a rigid body, and friction remains nonnegative.
     The search for `turning` and `shaking` begins at those of `scene`. On a turning support, a
     gyroscope measures "inertial_velocity"; "body_velocity" is relative to the support. Errors are
-    standard deviations to first order. They are enlarged if the residuals are correlated or larger
-    than their sigma. Parameters keep the values of the guess along directions that the records do
-    not determine. The result names these directions.
+    standard deviations to first order. Errors are enlarged if the residuals are correlated or
+    larger than their sigma. Parameters keep the values of the guess along directions that the
+    records do not determine. The result names these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -82,9 +82,9 @@ def fit(
     Raises TypeError or ValueError for invalid arguments, for fewer measured numbers than free
     parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
     can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
-    with the best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, if no
-    motion fits the records, or if the residuals of a fit with the soft loss are larger than sigma
-    explains.
+    with the best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, or if no
+    motion fits the records. Also warns if the residuals of a fit with the soft loss are larger than
+    sigma explains.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free(free), _parse_records(records)

@@ -125,8 +125,8 @@ class Fit(ReadOnlyArrays):
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
 
-        The function returns a number or an array. Its derivatives are computed from finite
-        differences. The error is infinite if the function changes along a direction that the
+        The function returns a number or an array. The derivatives of the function are computed from
+        finite differences. The error is infinite if the function changes along a direction that the
         records do not determine.
 
             >>> import kreisel as kr

@@ -1,8 +1,8 @@
 """Directions of the parameters along which no residual changes, and their descriptions.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
-blind directions of a fit are compared with all generators. Those that match no generator are
-described by their largest components.
+blind directions of a fit are compared with all generators. A blind direction that matches no
+generator is described by its largest components.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
 """First guesses of the parameters from the records, by linear least squares.
 
-Let R be the attitude, U the angular velocity relative to the support, W that relative to the
-inertial frame, J the moments, D the damping, f the friction and h the momentum of the rotor. On a
-support with the angular velocity O, let L x = x + O x int x dt. With the unit vector a to the
-centre of mass,
+Let R be the attitude. Let U be the angular velocity relative to the support, and W that relative to
+the inertial frame. Let J be the moments, D the damping, f the friction and h the momentum of the
+rotor. On a support with the angular velocity O, let L x = x + O x int x dt. With the unit vector a
+to the centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
 is linear in J, D, f, m0, M c and the size of h. If only a gyroscope recorded the motion, R is known
 relative to the first attitude. The equation is then linear in the products of the components of c
-and of the unknown vertical, and the turning of the support is neglected. The trace e of the apex of
-a symmetric top satisfies
+and of the unknown vertical. The turning of the support is neglected in this case. The trace e of
+the apex of a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -238,7 +238,7 @@ def _solve_equations(
 def _list_equation_columns(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> list[Array]:
-    """Return the columns of the equation, with a shape of (n, 3, k) for each of its terms."""
+    """Return the columns of the equation for each of its terms, as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _known_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
@@ -267,7 +267,7 @@ def _list_equation_columns(
 def _known_support_velocity(motion: MotionData, base: Point) -> Array:
     """Return the components of the support's velocity that the attitudes allow to transform.
 
-    They are zero for a motion relative to the inertial frame.
+    The components are zero for a motion relative to the inertial frame.
     """
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
@@ -321,7 +321,8 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 def _match_axes(solution: _Solution, base: Point) -> Array:
     """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
-    Their signs are chosen so that the centre of mass is as near as possible to the scene's.
+    The signs of the axes are chosen so that the centre of mass is as near as possible to the
+    scene's.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))

@@ -127,8 +127,9 @@ class Record(ReadOnlyArrays):
         <kreisel.Record: 2 times, t = 0 .. 0.1; apex_x, apex_y; 4 numbers>
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for unknown names, times
-    that decrease, values of the wrong shape, infinite values, a record without measurements, a
-    sigma that is not positive, and quaternions whose norm differs from 1 by more than 0.001.
+    that decrease, values of the wrong shape, infinite values, and a record without measurements.
+    Also raises ValueError for a sigma that is not positive, and for quaternions whose norm differs
+    from 1 by more than 0.001.
     """
 
     t: Array
@@ -200,8 +201,8 @@ class Record(ReadOnlyArrays):
         t        the name of the column of times
 
         Fields may be separated by commas, semicolons or tabs. Empty fields and NaN mark values that
-        were not measured. Other arguments are as in kreisel.Record. Raises ValueError for missing
-        and unknown columns and for fields that are not numbers, and OSError as open does.
+        were not measured. The other arguments are those of kreisel.Record. Raises ValueError for
+        missing and unknown columns and for fields that are not numbers, and OSError as open does.
         """
         table = read_csv_columns(file)
         times, values = select_columns(table, columns, t, _PARTS)

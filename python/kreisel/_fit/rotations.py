@@ -14,7 +14,7 @@ _SMALL = 1e-4  # smaller angles use the limit of the series [rad]
 
 
 def cross_matrix(v: Array) -> Array:
-    """Return the matrices (..., 3, 3) whose products with vectors w are v x w."""
+    """Return the matrix, of shape (..., 3, 3), whose product with a vector w is v x w."""
     made = np.zeros((*v.shape, 3))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     made[..., 0, 1], made[..., 0, 2], made[..., 1, 2] = -z, y, -x
@@ -23,7 +23,7 @@ def cross_matrix(v: Array) -> Array:
 
 
 def multiply_quaternions(a: Array, b: Array) -> Array:
-    """Return the products a b of quaternions (..., 4)."""
+    """Return the products a b of two arrays of quaternions."""
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
     made = np.empty(np.broadcast_shapes(a.shape, b.shape))
@@ -35,7 +35,7 @@ def multiply_quaternions(a: Array, b: Array) -> Array:
 
 
 def conjugate_quaternions(q: Array) -> Array:
-    """Return the conjugates of quaternions (..., 4)."""
+    """Return the conjugates of an array of quaternions."""
     made: Array = q * np.array([1.0, -1.0, -1.0, -1.0])
     return made
 
@@ -46,13 +46,13 @@ def normalize_quaternion(q: Array) -> Array:
 
 
 def exponential(v: Array) -> Array:
-    """Return the quaternions (..., 4) of rotation vectors (..., 3) [rad]."""
+    """Return the unit quaternions that correspond to rotation vectors [rad]."""
     angle = np.sqrt((v * v).sum(axis=-1, keepdims=True))
     return np.concatenate((np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2.0 * np.pi)) * v), axis=-1)
 
 
 def logarithm(q: Array) -> Array:
-    """Return the rotation vectors (..., 3) of unit quaternions, with lengths from 0 to pi [rad]."""
+    """Return the rotation vectors of unit quaternions, with lengths from 0 to pi [rad]."""
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2.0 * np.arctan2(sine, q[..., :1])
@@ -61,7 +61,7 @@ def logarithm(q: Array) -> Array:
 
 
 def rotation_matrix(q: Array) -> Array:
-    """Return the matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    """Return the rotation matrices that correspond to unit quaternions."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     made = np.empty((*q.shape[:-1], 3, 3))
     made[..., 0, 0] = 1.0 - 2.0 * (y * y + z * z)
@@ -74,7 +74,7 @@ def rotation_matrix(q: Array) -> Array:
 
 
 def quaternion_of_matrix(matrix: Array) -> Array:
-    """Return the unit quaternion of a rotation matrix (3, 3).
+    """Return the unit quaternion of a rotation matrix.
 
     The quaternion is the eigenvector with the largest eigenvalue of a symmetric matrix, which is
     accurate for all angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23
@@ -89,7 +89,7 @@ def quaternion_of_matrix(matrix: Array) -> Array:
 
 
 def tilt_to(direction: Array) -> Array:
-    """Return the quaternions (..., 4) of the shortest rotations from e3 to unit vectors."""
+    """Return the quaternions of the shortest rotations from e3 to unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)
     is_vertical = sine == 0.0
@@ -100,7 +100,7 @@ def tilt_to(direction: Array) -> Array:
 
 
 def inverse_left_jacobian(v: Array) -> Array:
-    """Return the matrices L (..., 3, 3) with log(exp(d) exp(v)) = v + L d to first order."""
+    """Return the matrices L for which log(exp(d) exp(v)) = v + L d to first order."""
     angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
     k = cross_matrix(v)
     safe = np.where(angle > _SMALL, angle, 1.0)

@@ -59,7 +59,7 @@ class Spectrum:
     blind: Array
 
     def propagate(self, gradient: Array) -> tuple[Array, Array]:
-        """Return the covariance (k, k) of functions with gradients (k, size), and their errors.
+        """Return the covariance and the errors of k functions with the gradients `gradients`.
 
         The error is infinite if a function changes mainly in blind directions.
         """
@@ -76,7 +76,7 @@ class Spectrum:
         return covariance, errors
 
     def draw(self, generator: np.random.Generator, n: int) -> Array:
-        """Return n random steps (n, size); their components in blind directions are zero."""
+        """Return n random steps of all parameters, with no components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 

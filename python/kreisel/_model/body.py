@@ -61,10 +61,10 @@ class Body(BodyConstructors):
                   frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
                   includes the rotors, as if they were at rest
 
-    The principal moments must be positive, and none may exceed the sum of the other two. This is
-    checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
-    matrix that is not diagonal, its least principal moment must exceed 2e-10 times the largest one.
-    A smaller moment would have at most six correct digits because of rounding.
+    The principal moments must be positive, and none may exceed the sum of the other two. This
+    condition is checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the
+    inertia is a matrix that is not diagonal, its least principal moment must exceed 2e-10 times the
+    largest one. A smaller moment would have at most six correct digits because of rounding.
 
     Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
     rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed
@@ -290,9 +290,9 @@ class Body(BodyConstructors):
     def axes(self) -> Quaternion:
         """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        If the inertia is diagonal, the given axes are used as principal axes. Otherwise the
-        principal axes are right-handed and as near as possible to the given axes. For a Lagrange
-        top, T is along the symmetry axis.
+        If the inertia is diagonal, the given axes are used as principal axes. If not, the principal
+        axes are right-handed and as near as possible to the given axes. For a Lagrange top, T is
+        along the symmetry axis.
         """
         *_, w, x, y, z, _, _, _, _ = unpack("15d", self._block)
         return w, x, y, z
@@ -339,7 +339,7 @@ class Body(BodyConstructors):
 class ThinRods(Body):
     """Thin rods on one line through the fixed point, usable only as parts of other bodies.
 
-    Such rods have no moment about their line.
+    The moment of inertia about this line is zero.
     """
 
     def __init__(

@@ -111,7 +111,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return the quaternions (..., 4) for the Euler angles of unrotated bodies."""
+        """Return the quaternions for the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))

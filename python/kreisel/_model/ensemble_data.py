@@ -297,7 +297,7 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter of the attitudes, and the attitudes (..., 4) as (w, x, y, z).
+    """Return the parameter of the attitudes, and the attitudes as quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.
@@ -325,9 +325,9 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Return the momenta (..., 3) in space for the parameter `start` and the attitudes `q`.
+    """Return the momenta in space for the parameter `start` and the attitudes `q`.
 
-    The supports turn with the angular velocities `turning` (..., 3).
+    The supports turn with the angular velocities `turning`.
     """
     if start.name == "momentum":
         return start.values

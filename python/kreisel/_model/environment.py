@@ -178,7 +178,7 @@ def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
 
 
 def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
-    """Return the parameter `damping`, and the damping (..., 3) along the principal axes."""
+    """Return the parameter `damping`, and the damping constants along the principal axes."""
     nothing = np.zeros(3)
     if given is None:
         return Parameter("damping", nothing, (3,)), nothing

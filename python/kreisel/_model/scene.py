@@ -62,8 +62,8 @@ class Scene:
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters the constructor was given.
-    Since the momentum is rounded, the angular velocity of a needle about its axis has an error of
-    about I1 / I3 times the rounding error of a double.
+    Since the momentum is rounded, the angular velocity of a needle about its own axis has an error
+    of about I1 / I3 times the rounding error of a double.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
@@ -328,9 +328,9 @@ class Scene:
         degrees     True: tilt is in degrees, spin and precession in degrees per unit of time; the
                     arguments gravity to friction are as in Scene
 
-        Raises ValueError for a body that is not symmetric about its apex, for steady=True with a
-        rotor or a moving support, and if no steady precession exists. The message then contains
-        the least spin for which one exists.
+        Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
+        a rotor or a moving support. Also raises ValueError if no steady precession exists. The
+        message then contains the least spin for which one exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)

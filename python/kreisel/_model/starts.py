@@ -46,12 +46,12 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return U at the verticals P (n, 3)."""
+        """Return U at the verticals P, an array of shape (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return M for the verticals P (n, 3) and the angles alpha (n,)."""
+        """Return M for n verticals P and n angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._momentum_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
@@ -314,7 +314,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations (n, 4) that turn P, a vector in the body frame, to e3."""
+    """Return the shortest rotations that turn P, a vector in the body frame, to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
@@ -332,13 +332,13 @@ def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
 
 
 def _points_on_sphere(height: Array, angle: Array) -> Array:
-    """Return points (..., 3) of the unit sphere from their heights and azimuths."""
+    """Return points on the unit sphere from their heights and azimuths."""
     across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
 def _tangent_basis(normals: Array) -> tuple[Array, Array]:
-    """Return two unit vectors orthogonal to each row (n, 3) and to each other."""
+    """Return, for each row, two unit vectors orthogonal to the row and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]
     return first, np.cross(normals, first)

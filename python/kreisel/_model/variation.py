@@ -255,7 +255,7 @@ def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Arra
 
 
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
-    """Return normally distributed numbers (n, 8); row i depends only on `seed` and first + i.
+    """Return n rows of normally distributed numbers; row i depends only on `seed` and first + i.
 
     Each member uses 8 random words of the counter-based generator Philox. The transform of Box and
     Muller converts these words to normally distributed numbers.

@@ -239,7 +239,7 @@ def _parse_reduction_kinds(name: str, given: object) -> list[str]:
 
 
 def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return the times (k,) of all tops, or (n, k) if each top has its own times.
+    """Return the times of all tops, with one row per top if each top has its own times.
 
     Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
     """
@@ -270,7 +270,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
 
 
 def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
-    """Return times (n, k) from an array that broadcasts to (*shape, k).
+    """Return times of shape (n, k) from an array that broadcasts to the shape (*shape, k).
 
     Raises ValueError if `times` does not broadcast, or if the times of a top are not monotonic.
     """
@@ -308,7 +308,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
 
 
 def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
-    """Return a view (n, k, 8) of the array `out` for the states, or None if `out` is None.
+    """Return the array `out` for the states in the shape (n, k, 8), or None if `out` is None.
 
     Raises TypeError or ValueError if `out` is not a suitable array.
     """

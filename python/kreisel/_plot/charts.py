@@ -64,7 +64,7 @@ class Picture(tuple[Axes, ...]):
 
     @property
     def figure(self) -> Figure:
-        """The figure that contains the axes. Its method savefig writes a file."""
+        """The figure that contains the axes. The method savefig of the figure writes a file."""
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
@@ -284,7 +284,7 @@ def _draw_parallel(axes: Axes, height: float, elevation: float, colour: str, sty
 def draw_trace(
     axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()
 ) -> None:
-    """Draw a trace (n, 3) on the unit sphere, faint on the far side of the sphere.
+    """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
     A dot marks the start, and an arrow points upwards. Dashed lines show the heights in `limits`.
     """

@@ -282,8 +282,8 @@ def _encode_gif(film: Film) -> bytes:
 def _choose_palette(image: Image.Image) -> Image.Image:
     """Return an image with the palette of a film.
 
-    The palette consists of the most frequent colours of the first frame, and of the colours of thin
-    lines and texts, which are rare or missing in that frame.
+    The palette consists of the most frequent colours of the first frame. It also contains the
+    colours of thin lines and texts, which are rare or missing in that frame.
     """
     ground = np.array(image.getpixel((0, 0)))
     ink = matplotlib.rcParams["text.color"]

@@ -44,7 +44,7 @@ class Verdicts(Protocol):
 
 
 def classify_tops(indicator: Verdicts) -> npt.NDArray[np.int8]:
-    """Return for each top the index of its class in CLASSES, as an array (n,)."""
+    """Return an array with the index in CLASSES of the class of each top."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return found

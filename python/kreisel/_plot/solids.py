@@ -24,7 +24,7 @@ _ROUND = 24  # flat sides that approximate a round tube
 def project(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return the coordinates of points (..., 3) to the right, upwards, and towards the eye.
+    """Return the coordinates of points along the directions right, up, and towards the eye.
 
     The eye is at the angle `elevation` above the horizontal plane, and at the angle `azimuth` about
     the vertical [degrees].
@@ -53,12 +53,12 @@ def draw_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces (n, 4, 3) of a solid.
+    """Draw the faces of a solid, an array of shape (n, 4, 3).
 
     The corners of each face run counterclockwise if the face is viewed from outside.
     Only faces towards the eye are drawn, the farthest first. The more a face is turned towards the
-    light, the brighter it is. `colour` is one colour for all faces, or an array (n, 3) with the
-    colour of each face. `edge` is the width of the outlines of the faces [pt].
+    light, the brighter it is. `colour` is one colour for all faces, or an array with one row for
+    each face. `edge` is the width of the outlines of the faces [pt].
     """
     x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
@@ -94,11 +94,11 @@ def draw_tube(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a tube of elliptical cross-section along a curve (n, 3).
+    """Draw a tube of elliptical cross-section along a curve through n points.
 
-    The diameters of the ellipse are along the two unit vectors of `normals` (n, 2, 3), with the
-    ratio `section`. The larger one is `thickness`, by default a thirtieth of the extent of the
-    curve.
+    The diameters of the ellipse have the ratio `section`, and are along the two unit vectors of
+    `normals`, an array of shape (n, 2, 3). The larger diameter is `thickness`, by default a
+    thirtieth of the extent of the curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
@@ -118,7 +118,7 @@ def draw_tube(
 def draw_scale(
     centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
 ) -> None:
-    """Mark the start of a curve (n, 3), and draw a bar of known length below the curve.
+    """Mark the start of a curve, and draw a bar of known length below the curve.
 
     The length of the bar is 1, 2 or 5 times a power of ten, at most a quarter of the extent of the
     drawing.
@@ -166,13 +166,13 @@ def _thickness_or_default(centre: Array, thickness: float | None) -> float:
 
 
 def _join_rims(rims: Array) -> Array:
-    """Return the faces (m, 4, 3) that join each rim to the next, for rims (n, k, 3)."""
+    """Return the faces that join each rim to the next, for n rims of k points."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def parallel_normals(tangent: Array) -> Array:
-    """Return two unit normals (n, 2, 3) at each point, which do not rotate about the curve."""
+    """Return two unit normals at each point of a curve, which do not rotate about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -213,7 +213,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is bright."""
+    """Return the six faces of a cuboid and their colours; one face is bright."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -227,7 +227,7 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
 
 
 def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
-    """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
+    """Return the faces of a body of revolution about the third axis, and their colours.
 
     `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
     `tip` is False, the body is this cylinder. If `tip` is True, the body is a spinning top of about

@@ -79,7 +79,7 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 
 
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow of the faces `corners` (n, 4, 3) on the floor.
+    """Draw the shadow on the floor of the faces with the given `corners`.
 
     The shadow is that of an extended light source. The shadow is sharp where the body is near the
     floor, and soft where the body is higher.
@@ -99,7 +99,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
 
 
 def _join_faces(faces: Array) -> Outline:
-    """Return faces (n, 4, 2) as one path, whose filled area is the union of the faces."""
+    """Return the faces as one path, whose filled area is the union of the faces."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     faces = faces[area > 0.0]  # faces away from the lamp cover the same area
@@ -113,6 +113,6 @@ def _directions(angle: Array) -> Array:
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Return the projections (..., 2) of places (..., 2) on a horizontal plane."""
+    """Return the projections onto the picture of points on a horizontal plane."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project(lifted)[:2], axis=-1)

@@ -244,7 +244,7 @@ SCALAR = SliceRunner(run_scalar)
 
 
 def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
-    """Return the values (n, k, ...) of a quantity at all states of all tops."""
+    """Return the values of a quantity at all states, as an array of shape (n, k, ...)."""
     assert buffers.states is not None
     n, k, _ = buffers.states.shape
     out = np.empty((n, k, *QUANTITIES[name].shape))
@@ -253,7 +253,7 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
 
 
 def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
-    """Return the derivatives (n, k, ..., c) of a quantity at all states of all tops.
+    """Return the derivatives of a quantity at all states, with shape (n, k, ..., c).
 
     `bits` is the sum of the core's bits of the parameters.
     """

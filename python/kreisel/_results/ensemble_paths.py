@@ -121,7 +121,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._to_ensemble_shape(self._buffers.truncation)
 
     def derivative(self, quantity: QuantityName) -> Array:
-        """Return the derivatives (*shape, k, ..., c) of a quantity, as Path.derivative does.
+        """Return the derivatives of a quantity for all tops, with shape (*shape, k, ..., c).
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])

@@ -3,8 +3,8 @@
 The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
 magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. However, a
 closed form returns doubles, and treats a body that is integrable up to rounding errors as exactly
-integrable. A closed form is therefore used only for an exactly integrable body, and only if the
-estimated error is far above the rounding errors of the closed form.
+integrable. A closed form is therefore used only for an exactly integrable body. In addition, the
+estimated error must be far above the rounding errors of the closed form.
 
 """
 
@@ -48,9 +48,9 @@ ROUNDINGS = 128
 def has_cheap_exact_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form that is exact for its body.
 
-    A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
-    almost on a principal axis as on the axis. Closed forms of Kowalewski and Goryachev-Chaplygin
-    tops are not counted, because their set-up takes long.
+    A closed form is not exact if it treats almost equal moments as equal. The same holds if it
+    treats a centre of mass near a principal axis as on the axis. Closed forms of Kowalewski and
+    Goryachev-Chaplygin tops are not counted, because their set-up takes long.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -178,9 +178,9 @@ def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
 
 
 def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the angles (n,) between corresponding attitudes of two arrays [rad].
+    """Return the angles between corresponding attitudes of two arrays [rad].
 
-    Each argument is a pair of attitudes (n, 4) and their low words. Subtracting the attitudes
+    Each argument is a pair of arrays: n attitudes, and their low words. Subtracting the attitudes
     before multiplying them keeps all digits of small angles.
     """
     (p, p_low), (q, q_low) = one, other

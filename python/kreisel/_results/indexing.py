@@ -39,7 +39,9 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 
 
 def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
-    """Return the times `t` as an array (k,). Raises ValueError for times outside the path.
+    """Return the times `t` as a one-dimensional array.
+
+    Raises ValueError for times outside the path.
 
     `reached` contains the times of the path, and `begin` is the time at which its scene starts.
     """

@@ -131,9 +131,8 @@ class Indicator(ReadOnlyArrays):
         - fewer than 100 turns, unless the motion is chaotic.
 
         In a study of 1600 random tops, 536 of them chaotic, no regular top was classified as
-        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
-        chaotic when the run lasted 100 turns, 0.7 % when it lasted 300, and none when it lasted
-        1000.
+        chaotic without doubt. Some tops classified as regular without doubt were in fact chaotic: 2
+        % for runs of 100 turns, 0.7 % for runs of 300 turns, and none for runs of 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""

@@ -111,14 +111,14 @@ class Path(ReadOnlyArrays, Tables):
     def error(self) -> float:
         """The largest attitude error of the states [rad], estimated by a second run.
 
-        The second run is a closed form if one applies exactly and is precise enough. Otherwise it
-        is a Taylor series with 20 digits, or with 30 digits in two cases: the path was solved with
-        `digits`, or it is a closed form that differs too much from the series with 20 digits.
+        The second run is a closed form if one applies exactly and is precise enough. For other
+        paths, the second run is a Taylor series with 20 digits. It has 30 digits if the path was
+        solved with `digits`, or if a closed form differs too much from the series with 20 digits.
 
         The error of a path with 30 digits is estimated from three runs with shorter steps and from
-        the growth of rounding errors. If method='geometric' was used and the path does not store
-        the attitude, the value is the largest error of the accepted run of the step search. The
-        value is pi if nothing is known about the attitude.
+        the growth of rounding errors. A path of method='geometric' may not store the attitude. The
+        value is then the largest error of the run that the step search accepted. The value is pi if
+        nothing is known about the attitude.
         """
         if not len(self):
             return 0.0
@@ -321,9 +321,10 @@ class Path(ReadOnlyArrays, Tables):
 
         A notebook displays the film, and the film can be written to a file. A body that is
         symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
-        proportions of the drawn body follow from the moments of inertia. Its centre lies on the
-        line through the fixed point and the centre of mass. The floor is below all positions of the
-        body, and shows the shadow of the body. The camera sees the initial tilt from the side.
+        proportions of the drawn body follow from the moments of inertia. The centre of the drawn
+        body lies on the line through the fixed point and the centre of mass. The floor is below all
+        positions of the body, and shows the shadow of the body. The camera sees the initial tilt
+        from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -338,10 +339,10 @@ class Path(ReadOnlyArrays, Tables):
             >>> path.animate(fps=5, size=120)
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
-        Frames are evenly spaced in time, independently of the times of the path. Their states are
-        computed by `path(t)`, and the exceptions of `path(t)` are raised. Raises ValueError for a
-        path without duration and for more than 2**28 pixels in total, OSError if the file cannot be
-        written.
+        Frames are evenly spaced in time, independently of the times of the path. The states of the
+        frames are computed by `path(t)`, and the exceptions of `path(t)` are raised. Raises
+        ValueError for a path without duration and for more than 2**28 pixels in total, OSError if
+        the file cannot be written.
         """
         from .._plot.film import make_film
 

@@ -23,8 +23,8 @@ class Reductions(EnsembleResult):
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
     'where_max'. The arrays are read-only. The shape of an array is that of the ensemble, followed
     by that of the quantity. The values of a failed top are NaN. The variance is the mean squared
-    deviation from the mean over the recorded states. where_min and where_max are the first times at
-    which the minimum and the maximum occur [T].
+    deviation from the mean over the recorded states. The values of where_min and where_max are the
+    first times at which the minimum and the maximum occur [T].
 
     tops  the ensemble
 

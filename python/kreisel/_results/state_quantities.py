@@ -190,9 +190,10 @@ class States(QuantityAttributes):
 
         With "start", the first six columns are the derivatives with respect to the initial state;
         at t = 0 they form the identity matrix. The next columns are the requested derivatives with
-        respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass,
-        the damping (3), the rotor (3) along the principal axes, turning (3), shaking (3) and
-        friction. Each column is the change per unit of its parameter, at constant initial momentum.
+        respect to parameters of the scene, in this order: the moments (3), the centre of mass (3),
+        gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. Centre of mass
+        and rotor have components along the principal axes. Each column is the change per unit of
+        its parameter, at constant initial momentum.
         """
         return self._tangents().high
 
@@ -212,7 +213,8 @@ class States(QuantityAttributes):
         steps are chosen for the accuracy of the path, not of the tangents.
 
         For a kreisel.ExactTorus, the error is the largest difference between tangents of orders 6
-        and 8. It is relative to the tangent or, for a small tangent, to the magnitude of the state.
+        and 8. This difference is relative to the tangent or, for a small tangent, to the magnitude
+        of the state.
         """
         return self._tangents().truncation
 
@@ -229,14 +231,15 @@ class States(QuantityAttributes):
         """Return the derivatives of a quantity, if solve was called with `tangents`.
 
         The array has the shape (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
-        `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors in
-        the body frame [rad], (n, 3, c). Angles change without jumps.
+        `frame`. Its last dimension corresponds to the columns of `path.tangents`. The derivatives
+        of q are rotation vectors in the body frame [rad], with shape (n, 3, c). Angles change
+        without jumps.
 
-        Derivatives that do not exist are NaN. Those of Euler's angles do not exist if the apex is
-        vertical. If com is zero, those of quantities that depend on the apex do not exist with
-        respect to com. Some parameters change the kind of the body: the moments, and com along the
-        axis of the unequal moment. The derivatives of `kowalewski` and `goryachev_chaplygin` with
-        respect to them are NaN.
+        Derivatives that do not exist are NaN. The derivatives of Euler's angles do not exist if the
+        apex is vertical. Derivatives with respect to com do not exist if com is zero and the
+        quantity depends on the apex. The derivatives of `kowalewski` and `goryachev_chaplygin` are
+        NaN for parameters that change the kind of the body: the moments, and com along the axis of
+        the unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -273,8 +276,8 @@ class States(QuantityAttributes):
     def inertial_velocity(self) -> Array:
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
-        The velocity is relative to the inertial frame, with components in the body frame. It
-        differs from `body_velocity` only on a turning support.
+        The velocity is relative to the inertial frame, with components in the body frame. The
+        velocity differs from `body_velocity` only on a turning support.
         """
         if not any(self.scene.turning):
             return self.body_velocity
@@ -282,7 +285,7 @@ class States(QuantityAttributes):
         return read_only(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
-        """Return what an accelerometer at a point of the body measures, (n, 3) [L T^-2].
+        """Return the values that an accelerometer at a point of the body measures [L T^-2].
 
         The result is the acceleration of the point minus that of gravity, in the body frame. At the
         fixed point, the result is gravity with the opposite sign. The result includes the

@@ -86,7 +86,7 @@ def _default_names(path: HasQuantities) -> tuple[str, ...]:
 def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
-    """Return t and the components of the quantities in `names` as columns (n,)."""
+    """Return t and the components of the quantities in `names` as one-dimensional columns."""
     return _components(path, quantity_rows(path, names, degrees, unwrap))
 
 
@@ -126,7 +126,7 @@ class Tables(States):
     """The methods of a path that return or write tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
-        """Return Euler's angles z-x-z (n, 3): precession_angle, nutation, spin_angle [rad].
+        """Return Euler's angles z-x-z as columns: precession_angle, nutation, spin_angle [rad].
 
         degrees  True: return degrees
         unwrap   True: remove jumps of whole turns; consecutive states must be less than half a

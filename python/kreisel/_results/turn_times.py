@@ -11,11 +11,11 @@ from .._utils.validation import Array
 def estimate_turn_times(tops: Ensemble) -> Array:
     """Estimate how long each top takes for one turn about the axis of its largest moment [T].
 
-    The times are an array (n,), computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I
-    and sqrt(mass |gravity| |com| / I), with the largest moment I and the momentum h of the rotor.
-    The first value is the rate of a rotation, the second the angular frequency of a pendulum.
-    Gravity includes the largest acceleration of a shaken support. The time is 1 for a top at rest
-    without torque.
+    The times are computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I and sqrt(mass
+    |gravity| |com| / I). Here I is the largest moment, and h the momentum of the rotor. The first
+    value is the rate of a rotation, the second the angular frequency of a pendulum. Gravity
+    includes the largest acceleration of a shaken support. The time is 1 for a top at rest without
+    torque.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

@@ -86,11 +86,11 @@ class Exact(_ClosedForm):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    The axis is the symmetry axis of the body. A free body without symmetry has no such axis. Its
-    axis is the principal axis about which the angular momentum circulates in the body; the angle
-    between this axis and the momentum is acute. The axis completes two nutations while the momentum
-    circulates once. The period of body_velocity is therefore twice `period`, as T in Landau and
-    Lifshitz, Mechanics, section 37.
+    The axis is the symmetry axis of the body. A free body without symmetry has no such axis. For
+    such a body, the axis is the principal axis about which the angular momentum circulates in the
+    body. The angle between this axis and the momentum is acute. The axis completes two nutations
+    while the momentum circulates once. The period of body_velocity is therefore twice `period`, as
+    T in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
     `precession` does not include these jumps.
@@ -128,7 +128,7 @@ class Exact(_ClosedForm):
     def t_least(self) -> float:
         """The first time t >= 0 at which the nutation is least [T].
 
-        It is 0 if the nutation is constant, and inf if the least nutation is never reached.
+        The time is 0 if the nutation is constant, and inf if the least nutation is never reached.
         """
         return float(self._turning_points.t_least[0])
 
@@ -136,7 +136,8 @@ class Exact(_ClosedForm):
     def t_greatest(self) -> float:
         """The first time t >= 0 at which the nutation is greatest [T].
 
-        It is 0 if the nutation is constant, and inf if the greatest nutation is never reached.
+        The time is 0 if the nutation is constant, and inf if the greatest nutation is never
+        reached.
         """
         return float(self._turning_points.t_greatest[0])
 
@@ -146,7 +147,7 @@ class Exact(_ClosedForm):
 
         - If the nutation changes, the name depends on the precession rates at the two turning
           points. The name is 'waves' if both rates have the same sign, and 'loops' if their signs
-          differ. It is 'cusps' if the rate is zero at the turning point of higher potential.
+          differ. The name is 'cusps' if the rate is zero at the turning point of higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -224,8 +225,8 @@ class ExactTorus(Exact):
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for another name, for times at which the top has turned by more than 1e9 rad,
-    and if neighbouring tops have no closed form.
+    Raises ValueError for another name, and for times at which the top has turned by more than 1e9
+    rad. Also raises ValueError if neighbouring tops have no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -378,7 +379,8 @@ class ExactMap(_ClosedForm):
     kreisel.Path.
 
     The attributes period, precession and spin are defined as in kreisel.Exact, but for the states
-    of the method. Their differences from the values of kreisel.Exact are errors of the method.
+    of the method. The differences between these attributes and those of kreisel.Exact are errors of
+    the method.
     """
 
     step: float
@@ -411,8 +413,8 @@ def exact(
     """Return the closed form of a scene.
 
     The result is a kreisel.Exact for a Lagrange top, a spherical body, and any body without torque.
-    It is a kreisel.ExactKowalewski for most Kowalewski tops. It is a
-    kreisel.ExactGoryachevChaplygin for most Goryachev-Chaplygin tops without vertical momentum.
+    The result is a kreisel.ExactKowalewski for most Kowalewski tops. For most Goryachev-Chaplygin
+    tops without vertical momentum, it is a kreisel.ExactGoryachevChaplygin.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": return the closed form of the states that this method computes for a

@@ -175,7 +175,7 @@ class ExactEnsemble:
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """Frequencies, certificate and mismatch as an array (n, 5)."""
+        """The frequencies, the certificate and the mismatch of all tops, as five columns."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
             self._call_in_slices(torus_heads, heads)

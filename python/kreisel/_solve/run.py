@@ -291,8 +291,8 @@ class Run:
         momentum in space. See the description of the class for how the run continues.
 
         Raises TypeError if there is no argument. Raises ValueError if `want` has only quantities
-        that do not depend on the heading, and the new state depends on the present heading: then
-        give an attitude and a momentum, or only body_momentum or body_velocity.
+        that do not depend on the heading, and the new state depends on the present heading. In this
+        case, give an attitude and a momentum, or only body_momentum or body_velocity.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):

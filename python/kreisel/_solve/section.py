@@ -92,7 +92,7 @@ def parse_section(
 ) -> tuple[Array, EnsembleOptions]:
     """Return the longest wait of each top, and the options with the event.
 
-    The waits are an array (tops, n), in which each row contains n equal times.
+    The waits are an array of shape (tops, n), in which each row contains n equal times.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -120,7 +120,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array (n,) with the longest allowed time to the next event, for each top [T]."""
+    """Return an array with the longest allowed time to the next event, for each top [T]."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

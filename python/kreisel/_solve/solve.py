@@ -115,10 +115,10 @@ def solve(
 
     For an ensemble the arguments apply to each top. The result is a kreisel.Paths, whose arrays
     begin with the shape of the ensemble. The result of a top is bitwise independent of the other
-    tops, the threads and the executor. It equals the result of solve for the single top. There are
-    two exceptions: taylor and exact may round differently, and 'auto' may choose another method.
-    `t` can also be an array (*shape, k) with separate times for each top. `progress` is called with
-    the finished fraction of the tops, 0 .. 1. An ensemble has further arguments:
+    tops, the threads and the executor. This result equals that of solve for the single top. There
+    are two exceptions: taylor and exact may round differently, and 'auto' may choose another
+    method. `t` can also be an array (*shape, k) with separate times for each top. `progress` is
+    called with the finished fraction of the tops, 0 .. 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes

@@ -161,7 +161,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
     """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
 
     The signs of the quaternions do not matter. To first order, the result is the rotation vector.
-    It is computed from the difference of the quaternions, which is exact if they are close.
+    The result is computed from the difference of the quaternions, which is exact if they are close.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -172,7 +172,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
 def _differentiate(
     scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents (n, 6, columns) of a group, and their largest relative error."""
+    """Return the tangents of a group of columns, and their largest relative error."""
     turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))

@@ -388,8 +388,8 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
-    A value depends only on the seed, the parameter and the index of the top. This is possible
-    because the state of the generator Philox is a counter, which can be set directly.
+    A value depends only on the seed, the parameter and the index of the top. This independence is
+    possible because the state of the generator Philox is a counter, which can be set directly.
     """
     drawn: dict[str, Parameter] = {}
     for name, one in random.ranges.items():

@@ -17,7 +17,7 @@ _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the larges
 
 
 def read_columns(file: str) -> dict[str, Array]:
-    """Read the parameters in a table, each as an array (n, *value).
+    """Read the parameters in a table, each as an array with one row per top.
 
     Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
     """

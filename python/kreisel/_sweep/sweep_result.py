@@ -45,8 +45,8 @@ class SweepResult:
     units    the dimension [M L T] of each column
 
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
-    raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
-    instead has a row for each top in the existing parts; `result["top"]` contains the indices of
+    raises ValueError if parts are missing. If the sweep was opened with partial=True, a column has
+    a row for each top in the existing parts instead, and `result["top"]` contains the indices of
     these tops. The checksums of all parts are then verified once, and damaged parts count as
     missing.
     """
@@ -213,8 +213,8 @@ class SweepResult:
         """The events of the tops, or None if no events were requested.
 
         Tops in missing parts have no events. The value is also None for a section, whose states are
-        in columns: result["events"] is the number of states of each top, and result["event_t"] and
-        similar columns contain the states of all tops.
+        in columns. The column result["events"] contains the number of states of each top. The
+        column result["event_t"] and similar columns contain the states of all tops.
         """
         if "event_which" not in self._schema.ragged:
             return None

@@ -216,8 +216,8 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return the task with the name `task` and its arguments.
 
-    Raises TypeError or ValueError for an unknown task, for an argument that the task does not have,
-    and for an argument whose value differs between tops.
+    Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
+    have. The same exceptions are raised for an argument whose value differs between tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))

@@ -71,7 +71,7 @@ class Archive:
         return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the array `name` of doubles, which must have the shape (n, *shape).
+        """Return the array `name` of doubles, whose shape must be (n, *shape).
 
         If `n` is None, the first dimension may have any length.
         """
