@@ -162,7 +162,7 @@ def view(
         raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
     tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
-        step = what.step if what.step and _is_whole_ticks(what.step) else tracks[0]["step"]
+        step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
     page = View(
         _viewer_scene(
             scene, _parse_methods(methods, scene), step, as_positive("speed", speed), tracks
@@ -222,14 +222,14 @@ def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     return chosen
 
 
-def _is_whole_ticks(step: float) -> bool:
+def _is_whole_millionths(step: float) -> bool:
     ticks = step / _TICK
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
 def _parse_step(step: float) -> float:
     length = as_positive("step", step)
-    if not _is_whole_ticks(length):
+    if not _is_whole_millionths(length):
         raise ValueError(
             f"the viewer's steps are whole millionths, at most 2147: step = {step!r} is not"
         )
@@ -241,7 +241,7 @@ def _track_of_path(path: Path) -> _PathTrack:
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = (
         n > 1
-        and _is_whole_ticks(step)
+        and _is_whole_millionths(step)
         and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
     )
     if not even:

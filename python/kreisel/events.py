@@ -425,7 +425,7 @@ class EventRecord(TypedDict):
 
 
 def to_record(event: Event) -> EventRecord:
-    """Return the record of an event that is stored in a checkpoint."""
+    """Return the record of an event for a checkpoint."""
     return {
         "terms": _terms_by_name(event.terms),
         "where": _terms_by_name(event.where),

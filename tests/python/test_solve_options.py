@@ -35,7 +35,7 @@ def test_a_request_that_is_asked_again_is_the_same():
         solve_options.parse_options(TOP, "taylor").chunk_size > one.chunk_size == times.CHUNK_SIZE
     )
     assert solve_options.parse_options(TOP, "taylor", want=("q", "energy")).size == 40
-    assert solve_options.parse_options(TOP, "taylor").size == 64
+    assert solve_options.parse_options(TOP, "taylor").state_bytes == 64
 
 
 def test_the_heading_is_left_out_where_nothing_needs_it():

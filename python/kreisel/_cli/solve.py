@@ -216,10 +216,10 @@ def _iterate_pieces(
 ) -> Iterator[Path]:
     """Return an iterator over the pieces of a run's path, without the times already passed."""
     check_horizon(run.scene, t.end, run.step)
-    rest = t if run._fresh else t.beyond(run.t)
+    rest = t if run._fresh else t.select_beyond(run.t)
     if not rest.grids:
         raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
-    size = run._options.size + 8
+    size = run._options.state_bytes + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
         if left.is_whole:

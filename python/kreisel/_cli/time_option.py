@@ -31,7 +31,7 @@ class Grid:
     def __getitem__(self, k: int) -> float:
         return self.first + k * self.step
 
-    def beyond(self, t: float) -> Grid:
+    def select_beyond(self, t: float) -> Grid:
         """Return the times of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return Grid(self[k], self.step, self.count - k) if k else self
@@ -66,9 +66,9 @@ class Times:
         """Return the times as the argument t of kreisel.solve."""
         return self.end if self.one else self.array()
 
-    def beyond(self, t: float) -> Times:
+    def select_beyond(self, t: float) -> Times:
         """Return the times with |time| > |t|."""
-        left = (grid.beyond(t) for grid in self.grids)
+        left = (grid.select_beyond(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
 

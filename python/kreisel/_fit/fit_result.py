@@ -164,7 +164,7 @@ class Fit(ReadOnlyArrays):
         and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        steps = self._spectrum.draw(np.random.default_rng(key), count)
+        steps = self._spectrum.draw_steps(np.random.default_rng(key), count)
         return Ensemble.of(
             [self._parameters.to_scene(self._parameters.move(self._point, step)) for step in steps]
         )

@@ -87,7 +87,7 @@ class Motion:
         return made
 
     @cached_property
-    def flow(self) -> Array:
+    def time_derivatives(self) -> Array:
         """The time derivatives of the attitude, as a rotation vector, and of the momentum m."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
@@ -123,7 +123,7 @@ class Motion:
     def _differentiate_by_time(self, name: str) -> Array:
         pace = float(self.point.shaking[1]) if self.point.shaking[0] else 0.0
         along = np.zeros((len(self.states), 6, 9 if pace else 6))
-        along[:, :, 0] = self.flow
+        along[:, :, 0] = self.time_derivatives
         made = self._differentiate(name, _START | (_SHAKING if pace else 0), along)
         # time changes a quantity by the state and by the phase of the shaking
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
@@ -206,7 +206,11 @@ class Motion:
             by = cross_matrix(found) @ self.attitude_derivatives
             if self.parameters.has("turning"):
                 by[:, :, self.parameters.at("turning")] += np.swapaxes(rotation, 1, 2)
-        rate = np.cross(found, self.flow[:, :3]) if self.has_rate else np.empty((len(rotation), 0))
+        rate = (
+            np.cross(found, self.time_derivatives[:, :3])
+            if self.has_rate
+            else np.empty((len(rotation), 0))
+        )
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
@@ -256,5 +260,5 @@ class Motion:
             if p.has("axes"):
                 by[:, :, p.at("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
         if self.has_rate:
-            rate = (by_turn @ self.flow[:, :3, None])[:, :, 0]
+            rate = (by_turn @ self.time_derivatives[:, :3, None])[:, :, 0]
         return Prediction(found, by, rate)

@@ -334,7 +334,7 @@ class _RowBuilder:
         if mounting is not None and self.view is not None:
             made[:, :, mounting] += right @ (self.view @ self.motion.axes).T
         if delay is not None:
-            made[:, :, delay] -= left @ self.motion.flow[:, :3, None]
+            made[:, :, delay] -= left @ self.motion.time_derivatives[:, :3, None]
         return made
 
     def _differentiate_values(self) -> Array:

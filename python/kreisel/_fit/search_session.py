@@ -469,7 +469,7 @@ class SearchSession:
             if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.start(guess.point, guess.motion)
+            begin = model.start_on_measured_motion(guess.point, guess.motion)
             self._minimize_by_shooting(model, begin, 0.5)
             return
         if pieces is not None:
@@ -494,7 +494,9 @@ class SearchSession:
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(model, model.start(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(
+            model, model.start_on_measured_motion(guess.point, guess.motion), self.loss
+        )
         self.evaluations += model.evaluations
         return is_near
 

@@ -75,7 +75,7 @@ class Spectrum:
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
-    def draw(self, generator: np.random.Generator, n: int) -> Array:
+    def draw_steps(self, generator: np.random.Generator, n: int) -> Array:
         """Return n random steps of all parameters, with no components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural

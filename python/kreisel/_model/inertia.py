@@ -113,7 +113,7 @@ def inertia_at_fixed_point(
 ) -> Array:
     """Return the tensor at the fixed point from either `inertia` or `about_com`.
 
-    Raises ValueError unless exactly one of them is given.
+    Raises ValueError unless exactly one of the two is given.
     """
     if (inertia is None) == (about_com is None):
         both = "not none" if about_com is None else "not both"

@@ -126,7 +126,7 @@ class Scene:
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
     def _arguments(self) -> SceneKwargs:
-        """Return arguments with which the constructor returns an equal scene."""
+        """Return constructor arguments that reproduce the scene."""
         return {
             "body": self.body,
             "momentum": self.momentum,

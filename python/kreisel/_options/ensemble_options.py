@@ -68,7 +68,7 @@ class EnsembleOptions:
         return self.solve.error is not None
 
     @property
-    def is_scalar(self) -> bool:
+    def is_one_by_one(self) -> bool:
         """True if tops are computed one by one: with events, tangents or more than 16 digits."""
         one_by_one = self.core_events is not None or bool(self.solve.tangents)
         return one_by_one or self.solve.has_low_words
@@ -85,11 +85,11 @@ class EnsembleOptions:
         return [one[:3] for one in self.reductions]
 
     @cached_property
-    def size(self) -> int:
+    def state_bytes(self) -> int:
         """The number of bytes of a state; 0 with reductions."""
         if self.reductions:
             return 0
-        numbers = self.solve.size + 8 * 6 * self.solve.tangent_columns
+        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_columns
         return numbers * (2 if self.solve.has_low_words else 1)
 
     def options_for(self, scene: Scene) -> SolveOptions:
@@ -252,7 +252,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     elif times.ndim == 1:
         check_times(times, every)
     else:
-        times = time_grid(float(times), step, every, options.size)
+        times = time_grid(float(times), step, every, options.state_bytes)
     end = float(np.abs(times).max(initial=0.0))
     if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))
@@ -261,7 +261,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
     """Raise MemoryError if the states of all tops do not fit into memory."""
-    needed = tops.size * times.shape[-1] * options.size
+    needed = tops.size * times.shape[-1] * options.state_bytes
     if needed > total_memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "

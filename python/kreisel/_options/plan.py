@@ -207,7 +207,7 @@ def _describe_equations(options: SolveOptions) -> str:
     return options.method.text
 
 
-def _is_free(scene: Scene) -> bool:
+def _is_torque_free(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
@@ -221,7 +221,7 @@ def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> 
         rows.append(("momentum", "and none needs m in space"))
     if name == EXACT:
         rows.append(("steps", "any state at once, by the closed form"))
-        if _is_free(scene):
+        if _is_torque_free(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
     if options.method.splitting and scene.body.is_symmetric:
         rows.append(
@@ -257,7 +257,7 @@ def _list_unneeded_computations(scene: Scene, options: SolveOptions) -> Reasons:
         ):
             why = "the series with 20 or 30 digits always computes it"
             rows.append(("attitude", "events may need it" if options.has_events else why))
-        if _is_free(scene):
+        if _is_torque_free(scene):
             rows.append(
                 ("torque", "zero, but cheap: two products next to the sums of a whole order")
             )

@@ -100,7 +100,7 @@ class SolveOptions:
         return sys.maxsize if self.want is None else CHUNK_SIZE
 
     @property
-    def size(self) -> int:
+    def state_bytes(self) -> int:
         """The number of bytes of a state, without the time."""
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 

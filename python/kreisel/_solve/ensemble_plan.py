@@ -148,7 +148,7 @@ def plan(
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
         return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
     options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
-    times = None if t is None else time_array(t, options.step, options.every, options.size)
+    times = None if t is None else time_array(t, options.step, options.every, options.state_bytes)
     states = None if times is None else times.size
     return make_plan(scene, options, states, times=times)
 
@@ -159,7 +159,7 @@ def _plan_ensemble(
     options = parse_arguments(tops, method, arguments)
     closed, lanes = _method_counts(tops, options)
     row = 8 * len(options.reductions)
-    size = row or options.size
+    size = row or options.state_bytes
     states, seconds, measured = None, None, 0
     if t is not None:
         times = parse_times(tops, t, options)
@@ -184,7 +184,7 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     """Return the number of tops computed in closed form, and the number integrated in lanes."""
     if options.solve.method.exact:
         return tops.size, 0
-    if options.is_scalar or options.solve.method.name != FALLBACK:
+    if options.is_one_by_one or options.solve.method.name != FALLBACK:
         return 0, 0
     has_rotor = np.broadcast_to(np.any(tops.body.rotor, axis=-1), tops.shape)
     is_damped, is_turning = tops.damping.any(axis=-1), tops.turning.any(axis=-1)
@@ -206,7 +206,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     plan = make_plan(scene, options.options_for(scene), states)
     kernel, order = Worker(*options.core, []).kernel
     is_alone = not scene._is_plain
-    if plan.method != FALLBACK or options.is_scalar or not kernel or is_alone:
+    if plan.method != FALLBACK or options.is_one_by_one or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading
     form = "(P, W): vertical and angular velocity seen from the body"
@@ -229,7 +229,7 @@ def _estimate_run_time(
     times = whole[..., :_MAX_STATES]
     few = options.limit_steps(_MAX_STEPS)
     buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
-    run = (SCALAR if few.is_scalar else LANES).run
+    run = (SCALAR if few.is_one_by_one else LANES).run
     begun = time.perf_counter()
     run(buffers, few, some, 0, at.size, times, None)
     spent = time.perf_counter() - begun

@@ -479,7 +479,9 @@ def record_exact_tangents(
 
     Raises ValueError as a call of ExactTorus with tangents does.
     """
-    times = time_array(t, options.step, None, options.size + 2 * 48 * options.tangent_columns)
+    times = time_array(
+        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
+    )
     check_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
     path = record_path(scene, options, times, progress)

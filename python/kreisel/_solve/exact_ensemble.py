@@ -46,10 +46,10 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 class ExactEnsemble:
     """The motions of an ensemble in closed form.
 
-    Calling the object with one time returns an array (*shape, 8) of states t, q (w, x, y, z), m as
-    in kreisel.Path. Calling it with k times, or with an array (*shape, k) of separate times for
-    each top, returns an array (*shape, k, 8). `shape` is the shape of the ensemble, or (n,) for a
-    list of n scenes.
+    Calling the object with one time returns an array of states with the shape (*shape, 8). A state
+    consists of t, q (w, x, y, z) and m, as in kreisel.Path. Calling it with k times, or with an
+    array (*shape, k) of separate times for each top, returns an array (*shape, k, 8). `shape` is
+    the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
     computed on first access. All values are those that kreisel.exact returns for each scene alone,

@@ -219,7 +219,7 @@ class Run:
 
     def _times_to_record(self, t: Numbers, every: int | None) -> Array:
         number = parse_every(self._options.method, every)
-        times = time_array(t, self.step, number, self._options.size, self.start_time)
+        times = time_array(t, self.step, number, self._options.state_bytes, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
         if number is not None:

@@ -85,9 +85,9 @@ def solve(
                if t is a number
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
-               The error is checked against a reference with 20 digits or a closed form. Raises
-               ValueError if this error cannot be met with at most 64 times the number of steps
-               first estimated
+               The error is checked against a reference: a run with 20 digits or a closed form.
+               Raises ValueError if this error cannot be met with at most 64 times the number of
+               steps first estimated
     want       names such as ("nutation", "energy"): the path stores only t and these quantities.
                The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
@@ -200,7 +200,7 @@ def _solve_checked(
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)
-    times = time_array(t, options.step, options.every, options.size)
+    times = time_array(t, options.step, options.every, options.state_bytes)
     end = float(times[-1]) if times.size else 0.0
     if options.error is not None:
         return find_path(scene, options, times, progress)

@@ -121,7 +121,7 @@ def runner_for(options: EnsembleOptions) -> SliceRunner:
     """Return the function that runs slices of an ensemble with these options."""
     if options.searches_step:
         return STEP_SEARCH
-    return SCALAR if options.is_scalar else LANES
+    return SCALAR if options.is_one_by_one else LANES
 
 
 def stream_ensemble(

@@ -265,7 +265,7 @@ def search_path(
 ) -> Path:
     """Return the path at `times`, with an attitude error below `target` up to the last time.
 
-    `progress` is called during every trial run. Raises ValueError if the error cannot be met.
+    `progress` is called during every trial run. Raises ValueError if no run is accurate enough.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:

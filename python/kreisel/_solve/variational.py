@@ -87,7 +87,7 @@ def parse_tangent_options(
     """Return the options of a path with tangents.
 
     `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
-    in `excluded` is given, and if the method does not compute these tangents of this scene.
+    in `excluded` is given, or if the method cannot compute these tangents of this scene.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     reject_with_tangents(excluded)
@@ -122,7 +122,9 @@ def record_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
     """Solve the motion of a scene with tangents, and return its path."""
-    times = time_array(t, options.step, None, options.size + 2 * 48 * options.tangent_columns)
+    times = time_array(
+        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
+    )
     end = float(times[-1]) if times.size else 0.0
     check_horizon(scene, end, options.step)
     status, top = start_top(scene._block, *options.core, end < 0.0, [], options.tangent_bits)

@@ -150,7 +150,7 @@ def content_name(values: Array) -> str:
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """Return for each parameter its name, the shape of one value, and all values.
+    """For each parameter, return its name, the shape of one value, and all values.
 
     For a long array, the name of its file is returned instead of the values.
     """
@@ -189,7 +189,7 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     except (TypeError, ValueError) as error:
         raise source._first_error(task.options_and_times, sample, error) from None
     states = times.shape[-1]
-    results = 8 * len(options.reductions) or states * (8 + options.size)
+    results = 8 * len(options.reductions) or states * (8 + options.state_bytes)
     row = _ROW_BYTES + results
     if part_size is None:
         size = max(1, min(_MAX_PART, _PART_BYTES // row))
