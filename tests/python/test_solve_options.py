@@ -34,7 +34,7 @@ def test_a_request_that_is_asked_again_is_the_same():
     assert (
         solve_options.parse_options(TOP, "taylor").chunk_size > one.chunk_size == times.CHUNK_SIZE
     )
-    assert solve_options.parse_options(TOP, "taylor", want=("q", "energy")).size == 40
+    assert solve_options.parse_options(TOP, "taylor", want=("q", "energy")).state_bytes == 40
     assert solve_options.parse_options(TOP, "taylor").state_bytes == 64
 
 

@@ -97,7 +97,7 @@ def complete_one(known: Iterable[str], files: bool = False) -> Completer:
 
 
 def complete_list(known: Iterable[str]) -> Completer:
-    """Return a function that completes the last of several words separated by commas."""
+    """Return a function that completes the last word of a list separated by commas."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:

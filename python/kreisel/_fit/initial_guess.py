@@ -434,8 +434,7 @@ def _guess_with_spin(
 def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
     """Return the projection onto changes of the instruments, and of the state at constant spin.
 
-    The frequency of the nutation, which is well known, then stays constant while the search finds
-    the phase.
+    The nutation then keeps its frequency, which is known well, while the search finds its phase.
     """
     allowed = np.eye(parameters.size)
     for name in parameters.free:

@@ -114,9 +114,9 @@ class Record(ReadOnlyArrays):
              point in the frame of the body [L]
 
     The quantities are those of a path and `specific_force`. The specific force is the acceleration
-    of `point` minus that of gravity, in the body frame [L T^-2]. At rest, it points up and has the
-    magnitude of gravity. A gyroscope measures body_velocity or, on a turning support,
-    inertial_velocity.
+    of `point` minus that of gravity, in the body frame [L T^-2]. At rest, the specific force points
+    up and has the magnitude of gravity. A gyroscope measures body_velocity or, on a turning
+    support, inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.

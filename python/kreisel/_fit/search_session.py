@@ -308,7 +308,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from(self, point: Point, agreement: float) -> None:
-        """Search from a point, beginning with the parts of the records with which it agrees."""
+        """Search from a point, beginning with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_parts(point, agreement)
         settings = self._search_settings(_FTOL, self.model, self.limit)

@@ -359,9 +359,9 @@ class Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
         A str of several lines is TOML text; any other argument is the name of a file. The keys are
-        the parameters of Scene and, in the table [body], of Body. A table [from_euler] or
-        [spinning] with the parameters of the constructor of this name may replace the keys of
-        Scene. In the same way, a table such as [body.cuboid] may replace the keys of Body. Raises
+        the parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced
+        by a table [from_euler] or [spinning], with the parameters of the constructor of this name.
+        In the same way, a table such as [body.cuboid] may replace the keys of Body. Raises
         ValueError for unknown keys.
 
         >>> import kreisel as kr

@@ -30,9 +30,9 @@ class SolveOptions:
 
     `step`, `tol` or `digits` is None if the method has no such parameter, or chooses its value.
     `error` is the error allowed with method='geometric'; `method` is then a placeholder. `events`
-    are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` names the
-    parameters by which the state is differentiated. `keeps_heading` is True for a turning support,
-    whose motion depends on the heading.
+    are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` contains the
+    names of the parameters of differentiation. `keeps_heading` is True for a turning support, whose
+    motion depends on the heading.
     """
 
     method: Method

@@ -101,7 +101,7 @@ def time_chunks(
 def start_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return a flag that is True if `t` leads back in time, and the times as in `time_chunks`."""
+    """Return a flag that is True if the times are negative, and the times as in `time_chunks`."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -114,7 +114,7 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag that is True if `t` leads back in time, and `t` itself.
+    """Return a flag that is True if the times are negative, and `t` itself.
 
     If `t` is an iterator, it is read up to its first time other than 0. The returned iterator still
     yields all times.

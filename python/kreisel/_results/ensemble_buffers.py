@@ -28,8 +28,8 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 class RawEvents(NamedTuple):
     """Events of several tops, as columns of equal length e.
 
-    The columns are the row of the top, the state (8 numbers), its low words (8 numbers), the index
-    of the event and its direction.
+    The columns are the row of the top, the state (8 numbers), its low words (8 numbers), and the
+    index and direction of the event.
     """
 
     top: Counts

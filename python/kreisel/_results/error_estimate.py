@@ -50,7 +50,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
 
     A closed form is not exact if it treats almost equal moments as equal. The same holds if it
     treats a centre of mass near a principal axis as on the axis. Closed forms of Kowalewski and
-    Goryachev-Chaplygin tops are not counted, because their set-up takes long.
+    Goryachev-Chaplygin tops are not cheap, because their set-up takes a long time.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False

@@ -1,4 +1,4 @@
-"""Validated requests of kreisel.solve, with which the core records a path in a single call."""
+"""Validated requests of kreisel.solve, which the core satisfies in a single call."""
 
 from __future__ import annotations
 

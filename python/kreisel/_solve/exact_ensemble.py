@@ -107,10 +107,10 @@ class ExactEnsemble:
     def _compute_states(self, t: Array) -> Array:
         """Return the states, of shape (n, k, 8), at times of shape (k,) or (n, k).
 
-        A run of the ensemble computes the same states faster, but its times must lead away from 0.
-        A run is not used if any time is 0, because it would return the initial state itself, not
-        the closed form evaluated at 0. Nor is a run used for closed forms on a torus, because it
-        evaluates them in working axes, with other rounding errors.
+        A run of the ensemble computes the same states faster, but its times must be monotonic and
+        on one side of 0. A run is not used if any time is 0, because it would return the initial
+        state itself, not the closed form evaluated at 0. Nor is a run used for closed forms on a
+        torus, because it evaluates them in working axes, with other rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()

@@ -83,7 +83,7 @@ class _PresentState(NamedTuple):
 class Run:
     """A motion that can be advanced in several calls, from kreisel.start or kreisel.resume.
 
-    Times are measured from the start of the run, and must lead away from it.
+    Times are measured from the start of the run, and must increase in magnitude.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
     t      the time of the last state returned; after a failure the time of the last valid state [T]
@@ -142,7 +142,7 @@ class Run:
         """Advance the run to t, and return the path.
 
         If `t` is a number, the path has the current state and the state at `t`. If `every` is given
-        as well, the path has the states at all multiples of `every` steps that the run has not
+        as well, the path has the states after each multiple of `every` steps that the run has not
         returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
         kreisel.solve; the run then stays at its last valid state.
         """
@@ -192,7 +192,7 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return an iterator over the paths that follow the current time, as from kreisel.stream.
+        """Return an iterator over the paths that follow the current time, like kreisel.stream.
 
         The run can be saved, pushed, reset or changed between two paths. The stream then continues
         with its times.

@@ -148,7 +148,7 @@ class Source:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Source:
-        """Return a source of `n` tops with uncertain initial states, as from Scene.scatter.
+        """Return a source of `n` tops with uncertain initial states, like Scene.scatter.
 
         The arguments and exceptions are those of Scene.scatter.
 
