@@ -378,8 +378,8 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and fi
 def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """Return the requested events as a tuple.
 
-    Raises ValueError if the method cannot find events, and TypeError if `events` contains anything
-    but events.
+    Raises ValueError if the method cannot find events, and TypeError if `events` contains an object
+    that is not an event.
     """
     if method != FALLBACK:
         raise ValueError(

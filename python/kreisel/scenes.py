@@ -1,8 +1,8 @@
 """Named scenes; the mapping `about` contains a description of each.
 
-The scenes from `thesis` to `strong_gravity` are the ones in the report. They are given in principal
-axes with mass and gravity 1, so that com equals the lever mass * gravity * com. The numbers in
-these scenes are equal, to the last bit, to those in validation/references/problems.json.
+The report uses the scenes from `thesis` to `strong_gravity`. They are given in principal axes with
+mass and gravity 1, so that com equals the lever mass * gravity * com. The numbers in these scenes
+are equal, to the last bit, to those in validation/references/problems.json.
 """
 
 from __future__ import annotations

@@ -144,7 +144,7 @@ class Apex:
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
         """Return the times and values of the four states nearest to the interval t[i - 1] .. t[i].
 
-        If the path has fewer than four states, all of them are returned.
+        If the path has fewer than four states, all states are returned.
         """
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]

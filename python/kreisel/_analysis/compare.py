@@ -82,7 +82,7 @@ class Table:
         return format_table(self._format_cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the table as CSV with all digits; if `path` is given, write it to that file.
+        """Return the table as CSV with all digits; if `path` is given, also write it to this file.
 
         Missing values are empty.
         """
@@ -171,8 +171,8 @@ def compare(
 ) -> Table:
     """Measure error and run time of methods on one scene.
 
-    The repeats of the methods are interleaved, so that other load on the machine affects all
-    methods alike.
+    Repetitions of the methods are interleaved, so that other load on the machine affects all
+    methods equally.
 
     t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
               number compares only the end; numpy.linspace(0, 10, 101) compares the whole path

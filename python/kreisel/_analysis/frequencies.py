@@ -122,10 +122,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     they differ by more than 23 turns over the length of the path. The path should contain many
     nutations, and more than two states in each turn of the fastest angle. If the motion is regular,
     a rate is as accurate as the path. If the axis passes near a pole, additional states are
-    computed until its turns can be counted.
+    computed until the turns of the axis can be counted.
 
-    Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
-    they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
+    Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
+    rates describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
     On a support that turns about e3, precession and lines are relative to the support.
 
         >>> import kreisel as kr

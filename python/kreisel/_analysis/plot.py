@@ -27,7 +27,7 @@ def plot(
 ) -> Picture:
     """Draw the trace of the apex on a sphere, its nutation and its precession with matplotlib.
 
-    Returns the axes, three for each path. A notebook displays them as a picture.
+    Returns the axes, three for each path. A notebook displays the axes as a picture.
 
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side

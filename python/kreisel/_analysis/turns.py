@@ -152,8 +152,8 @@ def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indic
 
     Returns three arrays with one value for each gap: the angle of the gap about 0, a flag, and the
     size of the gap. The flag is 1 if a pole is between both points. The size exceeds rounding
-    errors if the steps of the path were coarse. The size is inf if the gap may turn about a pole in
-    either sense.
+    errors if the steps of the path were coarse. The size is inf if it is uncertain in which sense
+    the gap turns about a pole.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -197,7 +197,7 @@ def _spin_angles(
 
 
 def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
-    """Compare arcs with their chords, in the given frame and in one that turns with the arc."""
+    """Compare arcs with their chords, in the given frame and in a frame that turns with the arc."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin

@@ -59,7 +59,7 @@ class Times:
         return self.grids[-1][self.grids[-1].count - 1]
 
     def array(self) -> Array:
-        """Return the times as an array. Raises MemoryError if they do not fit in memory."""
+        """Return the times as an array. Raises MemoryError if the times do not fit in memory."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:

@@ -42,7 +42,7 @@ _AT_BOUND = 1e-6  # distance to a bound that counts as zero, relative to the nat
 
 @dataclass(frozen=True, eq=False)
 class Fit(ReadOnlyArrays):
-    """The result of kreisel.fit. `print(fit)` shows it as a table. Arrays are read-only.
+    """The result of kreisel.fit. `print(fit)` shows a table. Arrays are read-only.
 
     scene         the fitted scene
     records       the records
@@ -292,7 +292,7 @@ def make_fit(session: SearchSession) -> Fit:
 def _moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
-    """Return the ratios of the moments to the last one, with their standard deviations."""
+    """Return the ratios of the other moments to the last moment, with standard deviations."""
     if not p.has("moments"):
         return {}
     *others, last = range(*p.at("moments").indices(p.size))

@@ -54,7 +54,7 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 
 class Guess(NamedTuple):
-    """A point at which a search can begin, and its measured motion if there is one.
+    """A point at which a search can begin, and the measured motion behind it, if any.
 
     motion   its attitudes are from the principal axes of the point to space
     allowed  (size, size) projection on the changes to which a first search is confined, or None
@@ -346,7 +346,7 @@ def _frame_with_vertical(vertical: Array) -> Array:
 
 
 def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
-    """Return guesses from the trace of the apex, as if the body were symmetric about it."""
+    """Return guesses from the trace of the apex, as if the body were symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []

@@ -216,7 +216,7 @@ class SearchSession:
             self._minimize_by_shooting(model, model.start_on_motion_of(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
-        """Search from the guesses in the order of their agreement with the records."""
+        """Search from the guesses, beginning with the one that agrees best with the records."""
         points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -477,7 +477,7 @@ class SearchSession:
             self._minimize_by_shooting(model, model.start_on_motion_of(self.parameters.start), 0.5)
 
     def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
-        """Return the guesses in the order of their agreement with the records."""
+        """Return the guesses, sorted by their agreement with the records."""
         found = [(*self._find_agreement(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 

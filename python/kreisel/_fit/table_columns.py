@@ -109,7 +109,7 @@ def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
 def _join_components(
     table: dict[str, Array], parts: Mapping[str, tuple[str, int]]
 ) -> dict[str, Array]:
-    """Return the columns, with the components of a quantity joined if all of them are present."""
+    """Return the columns; the components of a quantity are joined if all components are present."""
     for name in table:
         if name not in parts:
             hint = unknown_name_message("quantity in the name of a column:", name, parts)

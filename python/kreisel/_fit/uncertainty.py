@@ -1,10 +1,9 @@
 """Covariances of fitted parameters, and measures of their reliability.
 
-If chi2 per degree of freedom is larger than chance explains, the errors are multiplied by its
-square root. If neighbouring residuals have the correlation r, they are also multiplied by
-sqrt((1 + r) / (1 - r)).
-Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated residuals; Huber and
-Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+If chi2 per degree of freedom is larger than expected by chance, the errors are multiplied by its
+square root. If neighbouring residuals have the correlation r, the errors are also multiplied by
+sqrt((1 + r) / (1 - r)). Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated
+residuals; Huber and Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
 
 from __future__ import annotations

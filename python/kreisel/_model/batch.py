@@ -73,7 +73,7 @@ class Batch(Generic[_M]):
     def coords(self) -> Mapping[str, Column]:
         """The parameters that vary, as arrays that broadcast to the shape of the batch.
 
-        An array of vectors has the components as an additional last dimension.
+        An array of vectors has an additional last dimension for the components.
         """
         dims = len(self.shape)
         return MappingProxyType(
@@ -177,7 +177,7 @@ class Batch(Generic[_M]):
         return self._map_columns(gather_from_column, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """Return the same members, in C order, in another shape; dimensions lose their names.
+        """Return the same members, in C order, in another shape; the dimensions have no names.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])

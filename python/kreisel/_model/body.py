@@ -67,7 +67,7 @@ class Body(BodyConstructors):
     largest one. A smaller moment would have at most six correct digits because of rounding.
 
     Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
-    rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed
+    rigid body. Warns (UserWarning) if no distribution of mass has the given inertia about the fixed
     point, unless `unphysical` is True. After the warning, `body.unphysical` is True.
 
     >>> import kreisel as kr
@@ -234,7 +234,7 @@ class Body(BodyConstructors):
         return _join_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
-        """Return the body rotated about the fixed point within its frame of description.
+        """Return the body after a rotation about the fixed point within the frame of description.
 
         by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
@@ -315,7 +315,7 @@ class Body(BodyConstructors):
 
         The conditions of each kind are checked to a relative tolerance of 7e-15, which allows for
         rounding errors of the parameters. A body with a rotor is 'general', unless it is symmetric
-        about the rotor and of kind 'euler' or 'lagrange' without it.
+        about the rotor's axis and its kind without the rotor is 'euler' or 'lagrange'.
         """
         return body_kind(self._block, KIND_RTOL)
 

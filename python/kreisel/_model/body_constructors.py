@@ -75,7 +75,7 @@ class BodyConstructors:
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
-        """Build a thin round disk of this radius [L] and mass [M], perpendicular to the third axis.
+        """Build a thin disk from its radius [L] and mass [M], perpendicular to the third axis.
 
         pivot  the fixed point, relative to the centre [L]
 

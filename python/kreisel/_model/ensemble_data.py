@@ -251,7 +251,7 @@ def check_body(body: object) -> Body | Bodies:
 def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
     """Return the shape to which bodies and parameters broadcast.
 
-    Raises ValueError if they do not broadcast.
+    Raises ValueError if the shapes do not broadcast.
     """
     own = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in parameters]

@@ -36,7 +36,7 @@ def parse_tensor(name: str, value: object) -> Array:
 
 
 def compact_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
-    """Return three moments if the tensor is diagonal, else its three rows."""
+    """Return three moments if the tensor is diagonal, otherwise its three rows."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
         i1, i2, i3 = diagonal.tolist()
@@ -53,7 +53,7 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return an error if rounding errors exceed the least principal moment, else None."""
+    """Return an exception if rounding errors exceed the least principal moment, or None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -78,7 +78,7 @@ def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 
 def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
-    """Return the message that no distribution of mass has this inertia, with likely causes."""
+    """Return an error message for inertia that no distribution of mass has, with likely causes."""
     rest = add_point_mass(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (

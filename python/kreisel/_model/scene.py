@@ -208,7 +208,7 @@ class Scene:
 
         - Body: mass, inertia, com, rotor. Momentum and attitude stay the same.
 
-        - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
+        - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
           are taken from the scene.
 

@@ -17,7 +17,7 @@ _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a d
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """Parse `source`: TOML text if it has several lines, otherwise the file of that name.
+    """Parse `source`, which is TOML text if it has several lines, or else the name of a file.
 
     Messages of TypeError and ValueError begin with the name of the file.
     """

@@ -43,7 +43,7 @@ def turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> 
 
 
 def compute_turning_points(scene: Scene) -> TurningPoints:
-    """Compute the turning points of one scene; raise ValueError if it has none."""
+    """Compute the turning points of one scene; raise ValueError if there are none."""
     status, row, motion_type = exact_turning(scene._block)
     if status != "OK":
         raise ValueError(explain_no_turning_points(status, scene))

@@ -43,7 +43,8 @@ _FORMS: Final = {
 def prefers_closed_form(scene: Scene, t: object) -> bool:
     """Return True if 'auto' uses the closed form of a Kowalewski or Goryachev-Chaplygin top.
 
-    `t` is the argument of kreisel.solve. Raises TypeError or ValueError if it contains no times.
+    `t` is the argument of kreisel.solve. Raises TypeError or ValueError if `t` contains no valid
+    times.
     """
     if _ends_too_early(scene, t):
         return False

@@ -1,4 +1,4 @@
-"""The plan of a solve: what a run of a scene computes, what it leaves out, and why."""
+"""The plan of a solve: what a run of a scene computes and leaves out, and why."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The plan of a run, to be printed: what it computes, what it leaves out, and why.
+    """The plan of a run, to be printed: what the run computes and leaves out, and why.
 
     method    the name of the method
     why       the reason for this method

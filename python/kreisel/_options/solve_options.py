@@ -128,8 +128,9 @@ def parse_options(
 ) -> SolveOptions:
     """Return the validated options of a solve of `scene`.
 
-    `requested` is the method that the user named, by default `method`. `t` are the requested times,
-    or None if they are not known. Raises TypeError or ValueError for an invalid argument.
+    `requested` is the method that the user named, by default `method`. `t` contains the requested
+    times, or is None if the times are not known. Raises TypeError or ValueError for an invalid
+    argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)

@@ -47,7 +47,7 @@ def time_grid(
 
 
 def check_times(times: Array, every: int | None) -> None:
-    """Raise ValueError if a list of times is not monotonic, or if `every` is given with it."""
+    """Raise ValueError if a list of times is not monotonic, or if `every` is given too."""
     if every is not None:
         raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
@@ -56,7 +56,7 @@ def check_times(times: Array, every: int | None) -> None:
 def check_monotonic(times: Array, last: float, back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `back` is True, they must start at or before `last` and must not increase.
+    If `back` is True, the times must start at or before `last` and must not increase.
     """
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):

@@ -16,7 +16,7 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def new_axes(width: float = 6.0, height: float = 4.0) -> Axes:
-    """Return axes in a new figure of this size [in]."""
+    """Return axes in a new figure of the given size [in]."""
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 
 

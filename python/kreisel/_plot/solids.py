@@ -36,7 +36,7 @@ def project(
 
 
 def check_axes(axes: object) -> Axes:
-    """Return `axes` if they are axes of matplotlib; raise TypeError otherwise."""
+    """Return `axes` if the argument is an Axes of matplotlib; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
             "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "

@@ -28,7 +28,7 @@ class Origin(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the origin as numbers for a header in JSON, or None if it is the default."""
+        """Return the origin as numbers for a JSON header, or None for the default origin."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
@@ -69,8 +69,8 @@ def record_unordered(
 ) -> CoreResult:
     """Record the states at times in any order, before or after t = 0.
 
-    Negative and positive times need separate runs. If one of these runs fails, only its result is
-    returned, with the states before the failure.
+    Negative and positive times need separate runs. If one of the runs fails, only the result of
+    this run is returned, with the states before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None

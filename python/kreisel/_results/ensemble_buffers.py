@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Give tops that have not run the status ERR_INTERRUPTED, and set their values to NaN."""
+        """Set the status of tops that have not run to ERR_INTERRUPTED, and their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low

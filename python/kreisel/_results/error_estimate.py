@@ -180,8 +180,8 @@ def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
 def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles between corresponding attitudes of two arrays [rad].
 
-    Each argument is a pair of arrays: n attitudes, and their low words. Subtracting the attitudes
-    before multiplying them keeps all digits of small angles.
+    Each argument is a pair of arrays: n attitudes, and their low words. The attitudes are
+    subtracted before they are multiplied, which keeps all digits of small angles.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

@@ -69,7 +69,7 @@ def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
 
 
 def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the position in C order of the member that `key` selects; None if it selects several.
+    """Return the position in C order of the member that `key` selects; None for several members.
 
     `shape` is the shape of the ensemble.
     """

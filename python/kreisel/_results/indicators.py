@@ -102,9 +102,9 @@ class Indicator(ReadOnlyArrays):
     def threshold(self) -> float:
         """The value of `final_megno` above which a motion is called chaotic, 4.
 
-        MEGNO tends to 2 for a regular motion. For a chaotic motion, it is about half the Lyapunov
-        exponent times t. All indicators therefore use MEGNO for the verdict. Source: Cincotta and
-        Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
+        MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the
+        Lyapunov exponent times t. All indicators therefore use MEGNO for the verdict. Source:
+        Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 

@@ -221,7 +221,7 @@ class Path(ReadOnlyArrays, Tables):
         """The time at which the scene of this path starts [T].
 
         The value is 0 unless the path belongs to a kreisel.Run that was pushed, reset or changed.
-        For such a run, it is the time of the last change before the path.
+        For such a run, the value is the time of the last change before the path.
         """
         return self._origin.begin
 
@@ -261,7 +261,7 @@ class Path(ReadOnlyArrays, Tables):
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the path to a file that kreisel.load reads.
 
-        The file is replaced atomically. Raises OSError if it cannot be written.
+        The file is replaced atomically. Raises OSError if the file cannot be written.
 
         The file is an archive that numpy.load reads. Its entries are:
 

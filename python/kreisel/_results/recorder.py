@@ -41,7 +41,8 @@ def report_end(path: Path, progress: Progress | None) -> Path:
 def add_events(path: Path, met: CoreEvents) -> Path:
     """Return a copy of `path` with the events `met`.
 
-    `met` contains the states at the events, their low words, the events' indices and directions.
+    `met` contains the states at the events, the low words of the states, and the indices and
+    directions of the events.
     """
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)

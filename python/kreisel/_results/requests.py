@@ -29,7 +29,7 @@ def request_from_arguments(
     """Return the request with these arguments of kreisel.solve, for any scene.
 
     With 'auto', the request finds the method that suits a scene. Raises TypeError or ValueError for
-    an invalid argument, and TypeError if one of them is not hashable.
+    an invalid argument, and TypeError if an argument is not hashable.
     """
     controls = step, tol, digits, max_steps, method, want
     if method != "auto":

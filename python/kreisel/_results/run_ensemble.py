@@ -61,7 +61,7 @@ def run_ensemble(
 def run_slice_remote(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Run the tops of a slice that was sent to this process, and return their buffers."""
+    """Run the tops of a slice in a worker process, and return their buffers."""
     buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

@@ -107,7 +107,7 @@ class Exact(_ClosedForm):
 
     The attributes least_nutation, greatest_nutation, t_least, t_greatest, motion_type and
     critical_spin exist for a Lagrange top, and for a free body that is symmetric about its apex.
-    For any other body they raise ValueError.
+    For any other body, these attributes raise ValueError.
     """
 
     @cached_property

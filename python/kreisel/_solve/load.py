@@ -19,8 +19,8 @@ _MAX_SCENE_BYTES = 1 << 20
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     """Load a path, a scene or a run from a file.
 
-    The content of the file determines which of these it is. A path written by path.save is restored
-    bit for bit. A scene is a TOML file. A run is a checkpoint written by run.save, which
+    The content of the file determines the kind of the result. A path written by path.save is
+    restored bit for bit. A scene is a TOML file. A run is a checkpoint written by run.save, which
     kreisel.resume reads, too.
 
         >>> import os, tempfile

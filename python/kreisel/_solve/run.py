@@ -105,8 +105,8 @@ class Run:
 
     - With 20 or 30 digits, the low words of the present state are kept.
 
-    The method stays the same. If it does not apply after the change, or if an argument is invalid,
-    an exception is raised and the run is unchanged.
+    The method stays the same. If the method does not apply after the change, or if an argument is
+    invalid, an exception is raised and the run is unchanged.
     """
 
     scene: Scene
@@ -359,7 +359,7 @@ class Run:
         self._restart(now, scene, momentum_low=low)
 
     def _present_state(self) -> _PresentState:
-        """Return the present state. Raises RuntimeError if another call advances the run."""
+        """Return the present state. Raises RuntimeError if another call is advancing the run."""
         motion = self._top
         state, low = motion.state()
         t, *numbers = state.tolist()

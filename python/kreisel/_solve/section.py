@@ -68,7 +68,7 @@ def section(
     Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
     memory, before anything runs. Raises kreisel.Interrupted after Ctrl-C, with the results so far.
     Failures of individual tops are recorded in section.status, and section.check() raises an
-    exception for the first of them.
+    exception for the first failure.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) describe sections
     that every motion intersects.

@@ -189,10 +189,10 @@ def _differentiate(
 def _differentiate_with_best_steps(
     scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
-    """Return the tangents at some states, with the best of several steps, and their errors.
+    """Return the tangents at the given states, from the best of several steps, and their errors.
 
-    The step is reduced for each state until both orders agree, or until they agree less well than
-    before.
+    The step is reduced for each state until both orders agree, or until their agreement becomes
+    worse.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))

@@ -73,7 +73,7 @@ class PartRunner:
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of finished tops, but at most every _PROGRESS_SECONDS unless `last`."""
+        """Report the number of finished tops, at most once per _PROGRESS_SECONDS unless `last`."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
