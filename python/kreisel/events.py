@@ -185,10 +185,9 @@ def loop(**more: Unpack[_More]) -> Event:
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find where the apex comes to rest and turns back.
 
-    A cusp is a highest or lowest point at which the apex is slow: its angular speed is less than
-    `within` times the angular speed of the body. `within` must be at least 1e-7, since rounding
-    errors dominate at smaller values. The other arguments are as in extremum, but `where` is not
-    accepted.
+    A cusp is a highest or lowest point at which the apex is slow. The angular speed of the apex is
+    less than `within` times that of the body. `within` must be at least 1e-7, since rounding errors
+    dominate at smaller values. The other arguments are as in extremum, but `where` is not accepted.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(

@@ -157,8 +157,8 @@ def rod(path: Path) -> Rod:
     is on a principal axis. The rod carries no load if the centre of mass is the fixed point.
 
     Raises ValueError for damping, friction, a rotor, and a moving support. Also raises ValueError
-    if the centre of mass is on no principal axis, because gravity then has no counterpart among the
-    forces at the ends of a rod.
+    if the centre of mass is on no principal axis. Gravity then has no counterpart among the forces
+    at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

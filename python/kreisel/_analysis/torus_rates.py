@@ -9,7 +9,7 @@ rate is known, z is a function of chi1 and chi2. Its argument grows at the mean 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
 likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero the axis is vertical.
 The number of turns along a loop changes by one where the loop passes a zero. If z has zeros, n1 and
-n2 depend on the positions of the zeros, and the mean rate need not be an integer combination of
+n2 depend on the positions of the zeros. The mean rate then need not be an integer combination of
 frequencies.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.

@@ -131,8 +131,8 @@ class Indicator(ReadOnlyArrays):
         - fewer than 100 turns, unless the motion is chaotic.
 
         In a study of 1600 random tops, 536 of them chaotic, no regular top was classified as
-        chaotic without doubt. Some tops classified as regular without doubt were in fact chaotic: 2
-        % for runs of 100 turns, 0.7 % for runs of 300 turns, and none for runs of 1000 turns.
+        chaotic without doubt. Some tops classified as regular without doubt were in fact chaotic.
+        Their share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 for 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""

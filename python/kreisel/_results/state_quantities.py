@@ -238,8 +238,8 @@ class States(QuantityAttributes):
         Derivatives that do not exist are NaN. The derivatives of Euler's angles do not exist if the
         apex is vertical. Derivatives with respect to com do not exist if com is zero and the
         quantity depends on the apex. The derivatives of `kowalewski` and `goryachev_chaplygin` are
-        NaN for parameters that change the kind of the body: the moments, and com along the axis of
-        the unequal moment.
+        NaN for parameters that change the kind of the body. These are the moments, and com along
+        the axis of the unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))

@@ -46,7 +46,7 @@ class SweepResult:
 
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, a column has
-    a row for each top in the existing parts instead, and `result["top"]` contains the indices of
+    one row for each top in the existing parts. The column `result["top"]` contains the indices of
     these tops. The checksums of all parts are then verified once, and damaged parts count as
     missing.
     """
