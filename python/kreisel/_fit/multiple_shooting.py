@@ -123,7 +123,7 @@ class ShootingModel:
         self.width = used
         return made
 
-    def start_on_measured_motion(self, point: Point, motion: MotionData) -> PieceStarts:
+    def start_on_motion(self, point: Point, motion: MotionData) -> PieceStarts:
         """Return pieces that begin on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):

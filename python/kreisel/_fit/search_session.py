@@ -320,9 +320,9 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign_of_com(self) -> None:
-        """Reverse the centre of mass if it is then on the same side as that of the scene.
+        """Reverse the centre of mass and the vertical if the former is opposite to the scene's.
 
-        If the vertical is reversed too, instruments on the body measure the same values.
+        Instruments on the body measure the same values after this reversal.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -331,9 +331,7 @@ class SearchSession:
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
             attitude = multiply_quaternions(half_turn, best.point.attitude)
-            self._replace_best_if_equivalent(
-                best, replace(best.point, attitude=attitude, com=-best.point.com)
-            )
+            self._replace_best(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _choose_heading(self) -> None:
         """Rotate the best point about the vertical so that its turning agrees with the scene's.
@@ -350,11 +348,9 @@ class SearchSession:
         turn = exponential(np.array([0.0, 0.0, angle]))
         attitude = multiply_quaternions(turn, best.point.attitude)
         turning = rotation_matrix(turn) @ found
-        self._replace_best_if_equivalent(
-            best, replace(best.point, attitude=attitude, turning=turning)
-        )
+        self._replace_best(best, replace(best.point, attitude=attitude, turning=turning))
 
-    def _replace_best_if_equivalent(self, best: Solution, twin: Point) -> None:
+    def _replace_best(self, best: Solution, twin: Point) -> None:
         """Replace the best solution by the equivalent point `twin` if it fits as well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
@@ -469,7 +465,7 @@ class SearchSession:
             if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.start_on_measured_motion(guess.point, guess.motion)
+            begin = model.start_on_motion(guess.point, guess.motion)
             self._minimize_by_shooting(model, begin, 0.5)
             return
         if pieces is not None:
@@ -494,9 +490,7 @@ class SearchSession:
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(
-            model, model.start_on_measured_motion(guess.point, guess.motion), self.loss
-        )
+        is_near = fits_with_gaps(model, model.start_on_motion(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
