@@ -34,7 +34,7 @@ def sweep_reader(folder):
 
 
 def run(scene, method="auto", **more):
-    """Return a function that starts a new run, because each call advances the run that it uses."""
+    """Return a function that starts a new run, because each call would advance a shared run."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 

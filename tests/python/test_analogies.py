@@ -1,4 +1,4 @@
-"""Rods, traces of the apex and scaled units."""
+"""Elastic rods, traces of the apex, and scaled units."""
 
 import kreisel as kr
 import numpy as np
@@ -73,7 +73,7 @@ def test_the_body_says_what_section_its_rod_has():
 
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
-    """Check Kowalewski tops whose centre of mass is anywhere in the plane of the equal moments."""
+    """Check Kowalewski tops with the centre of mass anywhere in the plane of the equal moments."""
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
@@ -90,10 +90,10 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
 
 
 def nutation_by_quadrature(scene, n=400):
-    """Return the lowest and highest height, the period and the precession, by quadrature.
+    """Return the extreme heights of the apex, the period and the precession, by quadrature.
 
     The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v and c are
-    the vertical and the axial momentum, and h is the energy minus the energy of the spin.
+    the vertical and the axial momentum, and h is the energy without the spin's energy.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])

@@ -87,7 +87,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """Check the rotation angle of a fast upright top, which the Cayley map alone makes wrong."""
+    """Check the rotation angle of a fast upright top, which the Cayley map alone gets wrong."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

@@ -11,7 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """Return the growth rate of a tangent after the transients, over a whole number of periods."""
+    """Return the growth rate of a tangent after transients, over a whole number of periods."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)

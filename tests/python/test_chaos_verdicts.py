@@ -31,7 +31,7 @@ def test_known_tops_have_the_known_verdict(indicate):
 
 @pytest.mark.parametrize("name", INTEGRABLE)
 def test_no_integrable_top_is_called_chaotic(name):
-    """Check random tops of bodies whose motion is integrable, so that none of them is chaotic."""
+    """Check that random integrable tops are never classified as chaotic."""
     q, m = random_starts(24, 5)
     m[:, 2] *= name != "goryachev_chaplygin"  # integrable only without vertical momentum
     told = kr.megno(kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q), [3000.0])
@@ -53,7 +53,7 @@ def test_all_indicators_give_the_same_verdict():
 
 
 def test_a_motion_without_stability_counts_as_chaotic():
-    """Check a sleeping top that is too slow: it is integrable, but its exponent is positive."""
+    """Check an unstable sleeping top: the motion is integrable, but its exponent is positive."""
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     scene = kr.Scene(body, velocity=(0.0, 0.0, 0.1), gravity=1.0)
     told = kr.megno(scene, 1000.0)

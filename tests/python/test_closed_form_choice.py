@@ -1,4 +1,4 @@
-"""The choice of 'auto' between the closed form of one top on a torus and the Taylor series."""
+"""The choice that method 'auto' makes between a closed form on a torus and the Taylor series."""
 
 import kreisel as kr
 import numpy as np

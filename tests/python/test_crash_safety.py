@@ -72,7 +72,7 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    """Run every writer in `folder`, and return the exit status and the output of each."""
+    """Run every writer in `folder`, and return the exit status and the output of each writer."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
@@ -135,7 +135,7 @@ def test_a_link_to_a_file_stays_a_link(tmp_path):
 
 
 def example():
-    """Return the last example of the docstring of kreisel.start, on a shorter run."""
+    """Return the last example in the docstring of kreisel.start, with a shorter run."""
     told = inspect.getdoc(kr.start)
     code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
@@ -145,7 +145,7 @@ def example():
 def lives(folder, kill):
     """Return the number of processes needed to reach the end.
 
-    Each process is killed at the third call of the function `kill`, and leaves an incomplete row.
+    Each process is killed at its third call of the function `kill`, and leaves an incomplete row.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np

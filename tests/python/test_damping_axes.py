@@ -1,7 +1,7 @@
-"""Damping that differs between the axes, for bodies described with every order of axes.
+"""Anisotropic damping, for bodies described with every order of axes.
 
-Every public function is compared with a solution in decimals, for every number of digits and in
-both directions of time.
+Every public function is compared with a solution in decimal arithmetic, for all numbers of digits
+and both directions of time.
 """
 
 import itertools
@@ -52,13 +52,13 @@ def scene_of(name):
 
 
 def states_of(scene, times):
-    """Return the states of `scene` at monotonic `times`, from its series in decimals."""
+    """Return the states of `scene` at monotonic `times`, computed by a decimal Taylor series."""
     series = Series(scene)
     return [series.to(t) for t in times]
 
 
 def assert_agrees(path, states, tolerance):
-    """Assert that `path` agrees with `states`, pairs of attitude and momentum in decimals."""
+    """Assert that `path` agrees with `states`, a list of decimal (attitude, momentum)."""
     low = path.q_low if path.q_low is not None else np.zeros_like(path.q)
     for i, (q, m) in enumerate(states):
         assert attitude_error(q, path.q[i], low[i]) < tolerance

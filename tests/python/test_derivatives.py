@@ -67,7 +67,7 @@ def differences(scene, name, component, values_at, step=2.0**-9):
 
 
 def state_changes(reference):
-    """Return a function of states: their rotation vectors from `reference`, and their momenta."""
+    """Return a function that maps states to rotation vectors from `reference` and momenta."""
     w, v = reference[:, 1:2], reference[:, 2:5]
 
     def values_at(block, states, low):
@@ -103,7 +103,7 @@ def continue_angles(values, near):
 
 
 def quantity_changes(name, reference):
-    """Return a function of states: the values of a quantity."""
+    """Return a function that maps states to the values of a quantity."""
     near = getattr(reference, name)
 
     def values_at(block, states, low):
@@ -161,7 +161,7 @@ def test_derivatives_are_refused_by_name():
 
 
 def members():
-    """Return an ensemble of damped tops, of several kinds."""
+    """Return an ensemble of damped tops of several kinds."""
     return SCENES["turned"].vary(gravity=[[0.0], [0.5], [1.25]], mass=[1.0, 1.5])
 
 

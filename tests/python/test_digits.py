@@ -1,7 +1,7 @@
 """Runs with 20 and 30 digits, compared with elementary solutions.
 
-An elementary solution is a sum of a few exponentials, for which the last terms of the series are a
-poor estimate of the omitted terms.
+An elementary solution is a sum of a few exponentials. For such a sum, the last terms of the series
+are a poor estimate of the omitted terms.
 """
 
 import kreisel as kr
@@ -91,7 +91,7 @@ def test_a_steady_precession_has_all_its_digits():
 
 
 def needles(lone, turned):
-    """Yield random free needles, with principal axes along the frame of description or rotated."""
+    """Yield random free bodies with one small moment, in principal axes or in rotated axes."""
     random = np.random.default_rng(5)
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
@@ -104,9 +104,10 @@ def needles(lone, turned):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
-    """Check the digits of needles. The small moment magnifies rounding errors of the momentum.
+    """Check the accuracy and the error estimate of thin bodies with 30 digits.
 
-    The error is estimated from a run with shorter steps, which magnifies these errors equally.
+    The small moment magnifies rounding errors of the momentum. The error
+    estimate compares two step sizes, and both runs magnify these errors equally.
     """
     ratios = []
     with mp.workdps(60):

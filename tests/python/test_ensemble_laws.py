@@ -1,4 +1,4 @@
-"""Independence of ensemble members: the results and failures of a member depend on no other."""
+"""Independence of ensemble members: no member's results or failures depend on other members."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Invalid arguments of ensembles, and interruptions, after which finished members are kept."""
+"""Invalid arguments and interruptions of ensembles: finished members are kept."""
 
 import contextlib
 import signal

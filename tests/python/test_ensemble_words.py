@@ -1,4 +1,4 @@
-"""Arguments of ensembles: axis names, vary, scatter, random starts, and refusals by index."""
+"""Arguments of ensembles: axis names, vary, scatter, random starts, and errors with an index."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Constructors of events: kreisel.events.cusp, separatrix and the like."""
+"""Constructors of events such as kreisel.events.cusp and kreisel.events.separatrix."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Events: detection, terminal events, failures and refusals."""
+"""Events: detection, terminal events, failures and invalid arguments."""
 
 import os
 import pickle
@@ -42,7 +42,7 @@ def of_every_kind(scene):
 
 
 def changes(values, times):
-    """Return the index at which each interval with a sign change starts, and the sign after it."""
+    """Return the start index of each interval with a sign change, and the sign after the change."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -50,7 +50,7 @@ def changes(values, times):
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
 def test_none_missed_none_twice(seed, damping):
-    """Compare events with sign changes between states that are 1000 times denser than the steps."""
+    """Compare events with sign changes on a time grid that is 1000 times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -94,7 +94,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
 
 
 def top_with_push(precession):
-    """Return a fast tilted top that starts with a given precession at its highest point."""
+    """Return a fast tilted top that starts at its highest point with a given precession rate."""
     body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
@@ -333,7 +333,7 @@ def test_threads_find_the_same():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_are_found_whatever_is_wanted(want):
-    """Check that events which depend on the heading are found whatever quantities want= names."""
+    """Check that events that depend on the heading are found for every choice of `want`."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)
@@ -349,7 +349,7 @@ def test_events_are_found_whatever_is_wanted(want):
 
 @pytest.mark.parametrize("name", sorted(events.components))
 def test_a_component_by_its_name(name):
-    """Check that every component with a Taylor series can be used in events under its name."""
+    """Check that every component with a Taylor series can be used by name in events."""
     if name == "1":
         with pytest.raises(ValueError, match="the function is constant"):
             events.crossing(name)
@@ -381,7 +381,7 @@ def test_an_event_cannot_be_changed():
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
-    """Check that the noise of an event function is due only to the terms of this function.
+    """Check that the rounding noise of an event function comes only from its own terms.
 
     The fast rotation about the thin axis must not add to the noise.
     """

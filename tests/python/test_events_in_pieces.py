@@ -1,4 +1,4 @@
-"""Events of streams and resumed runs equal those of a single kreisel.solve bit by bit."""
+"""Events of streams and resumed runs, which equal those of a single kreisel.solve bit by bit."""
 
 import itertools
 import json

@@ -72,7 +72,7 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
 def test_rates_are_those_of_the_axis(name):
-    """Check that after a period the apex is at the same height, rotated by precession * period."""
+    """Check that the apex has its initial height after a period, rotated by precession * period."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex

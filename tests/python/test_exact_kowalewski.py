@@ -1,4 +1,4 @@
-"""The closed form of Kowalewski tops in Python: what it does not share with other forms.
+"""The Kowalewski closed form in Python: features that other closed forms do not have.
 
 test_exact_torus_forms.py has the laws of both closed forms on a torus.
 """

@@ -1,4 +1,4 @@
-"""Ensembles of Kowalewski and Goryachev-Chaplygin tops in closed form, also with Lagrange tops."""
+"""Closed forms of Kowalewski and Goryachev-Chaplygin ensembles, also with Lagrange tops."""
 
 import signal
 

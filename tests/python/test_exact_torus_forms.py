@@ -1,6 +1,6 @@
-"""Laws of both closed forms on a torus in Python: states, frequencies, errors.
+"""Features of both closed forms on a torus in Python: states, frequencies and errors.
 
-The tests are run for a Kowalewski top and for a Goryachev-Chaplygin top.
+Each test runs for a Kowalewski top and for a Goryachev-Chaplygin top.
 """
 
 import itertools

@@ -1,4 +1,4 @@
-"""Tangents of closed forms on a torus, compared with Taylor series and with laws of the motion."""
+"""Tangents of closed forms on a torus, compared with Taylor series and with exact relations."""
 
 import pickle
 
@@ -26,7 +26,7 @@ def size_of_columns(tangents):
 
 
 def assert_near(tangents, truth, within):
-    """Assert that columns agree, except those that leave the closed form and are NaN."""
+    """Assert that columns agree, except columns of NaN, for which no closed form exists."""
     known = ~np.isnan(tangents).any(axis=(0, 1))
     miss = size_of_columns((tangents - truth)[:, :, known])
     assert (miss <= within * size_of_columns(truth[:, :, known])).all()
@@ -67,10 +67,10 @@ def compute_heading_change(path):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_tangents_obey_the_laws_of_the_motion_at_late_times(scene):
-    """Compare with three changes of the start whose effects are known at any time.
+    """Compare with three changes of the initial state that have known effects at all times.
 
-    A later start, a turned start, and a motion that is faster by a factor f: the momentum is f
-    times as large, and gravity f^2 times.
+    These changes are a later start, a rotated start, and a motion faster by a factor f. The faster
+    motion has f times the momentum and f^2 times the gravity.
     """
     path = kr.exact(scene)([0.0, -1e4, 1e7], tangents=BY)
     n = 5 if scene is LEVEL else 6

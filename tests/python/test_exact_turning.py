@@ -1,4 +1,4 @@
-"""Turning points, type of motion and potential of closed forms, compared with 60-digit roots."""
+"""Turning points, motion types and potentials of closed forms, compared with 60-digit roots."""
 
 import copy
 import doctest
@@ -17,7 +17,7 @@ STEADY = kr.scenes.steady_precession
 
 
 def exact_start(scene):
-    """Return the height of the apex, <m, e3> and <m, apex>."""
+    """Return the initial height of the apex, <m, e3> and <m, apex>."""
     w, x, y, z = (mp.mpf(c) for c in scene.attitude)
     norm = w * w + x * x + y * y + z * z
     apex = [2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm]
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops whose motion is close to the type `kind`."""
+    """Return random tops whose motion is close to the motion type `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

@@ -1,4 +1,4 @@
-"""Slices of an ensemble, the threads that run them, and progress."""
+"""Slices of an ensemble, the threads that run the slices, and progress."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""Random files: each file is either read correctly or refused with a message.
+"""Random files: each file is either read correctly or rejected with a message.
 
 Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
 checksum, the checksum is recomputed. The environment variable KREISEL_CALLS sets the number of
@@ -87,7 +87,7 @@ def bent(draw, data):
 
 @st.composite
 def bent_text(draw, text):
-    """Return TOML with up to three replaced words, or changed letters."""
+    """Return TOML text with up to three replaced words or changed letters."""
     if draw(st.booleans()):
         return draw(bent(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
@@ -99,7 +99,7 @@ def bent_text(draw, text):
 
 @st.composite
 def bent_head(draw, head):
-    """Return a JSON table with one key removed or its value changed."""
+    """Return a JSON object with one key removed or one value changed."""
     head = json.loads(json.dumps(head))
     table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
     word = draw(st.sampled_from(sorted(table)))

@@ -46,7 +46,7 @@ def turn(q, v):
 
 
 def attitudes_at_rest(scene, times):
-    """Return attitudes in the inertial frame, which agrees with the turning one at the middle."""
+    """Return attitudes in the inertial frame that agrees with the support at the middle time."""
     path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
     rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
     made = []
@@ -59,7 +59,7 @@ def attitudes_at_rest(scene, times):
 
 
 def specific_force_by_differences(scene, t, step=2.0**-12):
-    """Return the second difference of the place in space, minus gravity, in the body's frame."""
+    """Return the acceleration of the point minus gravity, by differences, in the body frame."""
     q = attitudes_at_rest(scene, [t + k * step for k in range(-3, 4)])
     places = [turn(each, [mpf(x) for x in PLACE]) for each in q]
     weights = [mpf(w) / 180 for w in (2, -27, 270, -490, 270, -27, 2)]

@@ -1,4 +1,4 @@
-"""Tests of the search of kreisel.fit: progress, interruption, pieces, threads, and the command."""
+"""Tests of the search in kreisel.fit: progress, interruption, threads, and the command line."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -138,9 +138,9 @@ def test_a_start_where_nothing_moves_is_left():
 
 
 def turning(t, free=("start", "moments"), change=0.0):
-    """Return a fit of attitudes of the symmetric top, which makes 3.2 turns a second.
+    """Return a fit to attitudes of the symmetric top, which turns 3.2 times per second.
 
-    The spin of the guess is the true spin plus `change`.
+    The initial guess of the spin is the true spin plus `change`.
     """
     rng = np.random.default_rng(0)
     turns = exponential(0.01 * rng.normal(size=(len(t), 3)))

@@ -1,4 +1,4 @@
-"""Fits of tops with friction and on moving supports, to records by SciPy and by formulas."""
+"""Fits of tops with friction and moving supports to records from SciPy and from formulas."""
 
 import kreisel as kr
 import numpy as np
@@ -49,7 +49,7 @@ def rotate_randomly(q, rng):
 
 
 def simulate(scene, seed, end=3.0, n=150):
-    """Return records of the attitude and of the relative velocity, seen from the body."""
+    """Return records of the attitude and of the relative velocity in the body frame."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
     seen = velocity + SIGMA * rng.normal(size=velocity.shape)
@@ -57,7 +57,7 @@ def simulate(scene, seed, end=3.0, n=150):
 
 
 def run_down(t, spin, damping, friction, moment):
-    """Return the spin of a sleeping top."""
+    """Return the spin of a sleeping top with damping and dry friction."""
     decay = np.exp(-damping / moment * t)
     return np.maximum(spin * decay - friction * (1.0 - decay) / damping, 0.0)
 
@@ -166,7 +166,7 @@ def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
 
 
 def test_the_trace_of_the_tip_on_a_turntable_needs_no_start():
-    """The tip of a symmetric top at rest, seen from a turntable."""
+    """Fit the apex of a symmetric top on a support at rest, as seen from a turntable."""
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)
@@ -255,7 +255,7 @@ def test_derivatives_are_right_after_stops():
 
 
 def test_of_equal_motions_the_one_like_the_scene_is_returned():
-    """Amplitude and phase of the shaking have a twin, and a gyroscope does not show the heading."""
+    """Check a fit with equivalent motions: two shaking phases, and an unobservable heading."""
     scene = HEAVY.replace(turning=TURNING, shaking=SHAKING)
     t = np.linspace(0.0, 3.0, 200)
     values = kr.solve(scene, t).inertial_velocity + SIGMA * np.random.default_rng(1).normal(

@@ -96,7 +96,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """Check that mean rates are NaN if errors determine on which side the apex passes a pole."""
+    """Check that mean rates are NaN if errors decide on which side the apex passes a pole."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -163,7 +163,7 @@ def test_a_chaotic_path_leaves_a_rest():
 
 
 def test_rates_that_cannot_be_told_are_none():
-    """Check that a top whose axis passes the pole irregularly on either side has no mean rates."""
+    """Check that a top has no mean rates if its apex passes the pole irregularly on either side."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

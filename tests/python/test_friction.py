@@ -1,4 +1,4 @@
-"""Tops with dry friction, compared with SciPy and with spins in closed form."""
+"""Tops with dry friction, compared with SciPy and with closed-form solutions for the spin."""
 
 import math
 

@@ -77,12 +77,12 @@ def test_whichever_run_is_ended_leaves_a_state(most, end):
 
 
 def turning_over():
-    """Return a free body that flips over, at which times its error is largest."""
+    """Return a free body that flips over. Its error is largest during a flip."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
 def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """Check `error` and `choice` of a path, an ensemble, a part of a path and a loaded path."""
+    """Check `error` and `choice` of a path, an ensemble, a part of a path, and a loaded path."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)

@@ -1,4 +1,4 @@
-"""Runs that end early: failures, exceptions of a progress callback, Ctrl-C."""
+"""Runs that end early because of failures, exceptions in a progress callback, or Ctrl-C."""
 
 import gc
 import pickle
@@ -139,7 +139,7 @@ def test_progress_is_told_the_end(run):
 
 
 def test_a_call_that_is_refused_leaves_the_time_alone():
-    """Check that calls during a run are refused, and that `t` changes only when the run ends."""
+    """Check that calls during a run raise an error, and that `t` changes only when the run ends."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):

@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body in randomly rotated axes, with the rounding errors of the rotation."""
+    """Return a body in randomly rotated axes, including the rounding errors of the rotation."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
@@ -22,7 +22,7 @@ def random_axes_body(moments, com, random):
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
 def test_a_turned_lagrange_top_is_one(size):
-    """Check that Lagrange tops stay Lagrange tops if the axes of their description are rotated."""
+    """Check that Lagrange tops stay Lagrange tops in any frame of description."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
@@ -121,7 +121,7 @@ def test_without_gravity_no_centre_of_mass_matters(words):
 def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
     """Check that the time to fall is proportional to the logarithm of the tilt.
 
-    The tilt is so small that its square would underflow.
+    The square of the tilt would underflow.
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)

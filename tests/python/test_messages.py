@@ -1,4 +1,4 @@
-"""Error messages name the argument, show at most a line of the value, and suggest a fix."""
+"""Error messages: each names the argument, shows at most a line of its value, suggests a fix."""
 
 from types import SimpleNamespace
 
@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, like a Quantity of astropy; its dimension may be 0."""
+    """An array with a unit, like an astropy Quantity; its dimension may be 0."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number with a unit that NumPy drops, like a Quantity of pint."""
+    """A number with a unit that NumPy drops, like a pint Quantity."""
 
     units = "minute"
 

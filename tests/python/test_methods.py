@@ -1,6 +1,6 @@
-"""The properties of every method are those of the table: order, invariants, reversibility, bodies.
+"""Properties of every method, compared with the table: order, invariants, reversibility, bodies.
 
-All starts are tilted. No torque acts on an upright start, which would hide errors of first order.
+All starts are tilted. On an upright start no torque acts, so errors of first order would be hidden.
 """
 
 from itertools import pairwise
@@ -14,7 +14,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return the (method, body) pairs of all methods that have the wanted flags."""
+    """Return the (method, body) pairs of all methods that have the given flags."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -38,7 +38,7 @@ def test_order_is_that_of_the_table(name, body):
 
 
 def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """Compare the reference, a composition of order 8, with the method extrap."""
+    """Compare the order-8 composition that serves as the reference with the method extrap."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -74,9 +74,9 @@ ORBITAL = "bobenko_suris4", "lagrange"
 
 @pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
-    """Check that the energy error of symplectic methods is of size h^order and has no trend.
+    """Check that the energy error of symplectic methods is of order h^order and has no trend.
 
-    The mean error of a run four times as long differs only by a small fraction of the amplitude.
+    In a run four times as long, the mean error changes by only a small fraction of the amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -107,9 +107,9 @@ def is_compensated(name, body):
 
 @pytest.mark.parametrize("name, body", cases(is_compensated))
 def test_roundings_do_not_add_up(name, body):
-    """Check that sums are compensated: 1e6 errors of 1e-16 would change the energy by 1e-13.
+    """Check compensated summation: 1e6 rounding errors of 1e-16 would change the energy by 1e-13.
 
-    The error of the method itself is smaller at this step, so the energy error is due to rounding.
+    At this step size, the method's own error is smaller, so the energy error is due to rounding.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()
@@ -158,7 +158,7 @@ def test_what_the_words_of_the_table_promise_is_known():
 
 @pytest.mark.parametrize("name, body", cases(is_promised))
 def test_what_the_table_promises_is_conserved(name, body):
-    """Check the integrals of the table, except modified energies and rational integrals."""
+    """Check the integrals in the table, except modified energies and rational integrals."""
     method = kr.methods[name]
     if method.adaptive:
         path = kr.solve(scene(body), np.linspace(0, 500, 201), method=name)

@@ -1,4 +1,4 @@
-"""The difference of two paths in a picture of both."""
+"""The chart of the difference between two paths in a picture of both."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""States of a path at times that were not requested in the run, and parts of a path."""
+"""States of a path at times that the run did not request, and parts of a path."""
 
 import copy
 import pickle

@@ -115,7 +115,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """Check that the globe and the two charts, which share a time axis, fill the picture."""
+    """Check that the globe and the two charts with a common time axis fill the picture."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -191,7 +191,7 @@ def test_pyplot_is_left_alone():
 
 
 def steel_lines(figure):
-    """Return the points of the needle and of the lever in a frame of a film."""
+    """Return the points of the needle and of the lever in one frame of a film."""
     return [line.get_xydata() for line in figure.axes[0].lines if line.get_color() == STEEL]
 
 
@@ -424,7 +424,7 @@ def corners_of_film(film):
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """Check that a film shows the lever between the fixed point and the wheel."""
+    """Check that a film draws the lever between the fixed point and the wheel."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]

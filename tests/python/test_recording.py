@@ -232,7 +232,7 @@ def test_the_error_of_a_path_is_within_a_factor_of_3(case, method, step):
 
 
 def test_a_closed_form_that_is_better_than_a_series_knows_it():
-    """Check the error of a free body that flips over three times, which magnifies series errors."""
+    """Check the error of a free body that flips over three times, which amplifies series errors."""
     body = kr.Body(1.0, (4.483167597121757, 3.657682742032973, 1.0048569934661162), (0, 0, 0))
     momentum = -1.8363240592035863e-08, 8.840258465238069, -1.3362217851799154e-08
     times = np.linspace(0, 28, 41)

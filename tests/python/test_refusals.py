@@ -1,4 +1,4 @@
-"""Invalid arguments: an exception that names the value is raised before anything runs."""
+"""Invalid arguments, which raise an exception that names the value before anything runs."""
 
 import dataclasses
 import re

@@ -233,7 +233,7 @@ WITHOUT_GREEN = np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 
 
 
 def seen_by_deuteranopes(colour):
-    """Return a colour as deuteranopes see it (Vienot, Brettel and Mollon 1999)."""
+    """Return a colour as seen by deuteranopes (Vienot, Brettel and Mollon 1999)."""
     linear = np.array(to_rgb(colour)) ** 2.2
     seen = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
     return np.clip(seen, 0.0, 1.0) ** (1 / 2.2)

@@ -1,4 +1,4 @@
-"""Bodies with rotors, compared with independent integrators and with tops whose spin is shifted."""
+"""Bodies with rotors, compared with independent integrators and with tops of shifted spin."""
 
 import math
 from dataclasses import replace
@@ -46,7 +46,7 @@ AXIAL = [
 
 
 def integrate(scene, t):
-    """Return the attitude and momentum at `t`, integrated in space by SciPy."""
+    """Return the attitude and momentum at `t`, integrated in the space frame by SciPy."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     body = scene.body
     tensor = np.array(body.inertia)

@@ -1,4 +1,4 @@
-"""Runs that are pushed, reset or changed on their way, with their time going on."""
+"""Runs that are pushed, reset or changed midway: their time continues."""
 
 import copy
 import math
@@ -55,7 +55,7 @@ def test_a_push_by_zero_only_restarts_the_motion(name, most):
 
 @pytest.mark.parametrize("scene", [TOP, GENERAL, FREE, kr.scenes.thesis])
 def test_opposite_pushes_keep_30_digits(scene):
-    """Compare with a run without pushes, which knows nothing of the low words of a start."""
+    """Compare with an undisturbed run, in which no start is rounded to doubles."""
     run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
     for t in (0.7, 1.9, 3.1):
         run.to(t)
@@ -75,7 +75,7 @@ def test_opposite_pushes_keep_30_digits(scene):
 
 @pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
 def test_a_struck_free_body_precesses_about_its_new_momentum(name):
-    """Compare with the closed form: the axis turns about m at the rate |m| / I1."""
+    """Compare with the closed form, in which the axis rotates about m at the rate |m| / I1."""
     method, _, digits = name.partition(" ")
     body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
     spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5))
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the momentum of `new` with the angular velocity that `old` has, without rounding."""
+    """Return, without rounding, the momentum of `new` at the angular velocity of `old`."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))
@@ -206,7 +206,7 @@ def test_a_changed_top_moves_by_its_new_body_gravity_and_damping():
 
 
 def test_a_closed_form_becomes_that_of_another_kind_of_top():
-    """The core allocates memory for some kinds of tops only, so a run needs a new top."""
+    """Check changes between kinds of tops for which the core allocates different memory."""
     kowalewski = kr.scenes.kowalewski.body
     run = kr.start(kr.scenes.cusps, "exact")
     run.to(1.0)
@@ -399,7 +399,7 @@ def test_events_go_on_after_a_push_and_are_not_found_twice():
 
 
 def test_a_terminal_event_can_push_the_top_again_and_again():
-    """Let the top bounce at a height, and check the bounces by their energy."""
+    """Let the top bounce at a given height, and check the bounces by their energy."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []

@@ -132,7 +132,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """Check events of a single component that depends on another quantity, as the spin on the apex.
+    """Check an event on one component that depends on another quantity, as the spin on the apex.
 
     The other quantity must be computed before the first check for events.
     """

@@ -1,4 +1,4 @@
-"""Tops on shaken supports, compared with SciPy, decimals and the averaged motion."""
+"""Tops on shaken supports, compared with SciPy, decimal series and the averaged motion."""
 
 import math
 

@@ -18,7 +18,7 @@ MOMENTUM, ATTITUDE = (0.25, -0.5, 1.5), (0.6, 0.0, 0.8, 0.0)
 
 
 class NotPlain(float):
-    """A number that only the validation in Python accepts as a time or a component."""
+    """A number that only the Python validation accepts as a time or a component."""
 
 
 def not_plain(numbers):
@@ -26,11 +26,11 @@ def not_plain(numbers):
 
 
 class OwnScene(kr.Scene):
-    """A scene of a class of the user."""
+    """A user-defined subclass of Scene."""
 
 
 def facts(path):
-    """Return all attributes of a path, with the bits of its numbers."""
+    """Return all attributes of a path, with arrays as bytes."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
     about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time

@@ -1,6 +1,6 @@
-"""Tops released at a tiny tilt from their unstable upright position keep this tilt exactly.
+"""Tops released at a tiny tilt from unstable upright equilibrium: the tilt is not rounded away.
 
-The result must not depend on the order in which the axes of the body are named.
+The result must not depend on the order in which the body's axes are given.
 """
 
 import kreisel as kr

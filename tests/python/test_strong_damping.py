@@ -55,7 +55,7 @@ def test_paths_agree_with_an_implicit_integrator(damping):
 
 
 def creeping(t, damping, height=1.0):
-    """Return the nutation of a top that creeps in a vertical plane, with error 1 / damping^2."""
+    """Return the nutation of a top that creeps in a vertical plane, with error O(1 / damping^2)."""
     return 2.0 * math.atan(math.tan(0.25) * math.exp((t - height / damping) / damping))
 
 

@@ -1,4 +1,4 @@
-"""Strongly damped bodies with rotors, and damping backward in time, which drives a top."""
+"""Strongly damped bodies with rotors, and damping backward in time, which adds energy."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Executors of sweeps: threads, processes, clusters and jobs give the same parts."""
+"""Executors of sweeps: threads, processes, clusters and jobs compute the same parts."""
 
 import logging
 import multiprocessing
@@ -22,7 +22,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 @pytest.fixture(scope="module")
 def hashes(tmp_path_factory):
-    """Return the hashes of the rows that one thread computes."""
+    """Return the hashes of the rows computed by a single thread."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
         done = run_sweep(place / name, words, threads=1)

@@ -1,4 +1,4 @@
-"""Files of a sweep, read by kreisel and by other tools, and sources of its tops."""
+"""Files of a sweep read by kreisel and by other tools, and sources of its tops."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""Parts of a sweep: requests for some parts, and the files and contents of each part."""
+"""Parts of a sweep: calls that request some parts, and the files and contents of each part."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Invalid sweeps are refused before anything runs, and foreign files stay untouched."""
+"""Invalid sweeps raise an error before anything runs, and foreign files stay untouched."""
 
 import json
 import os
@@ -48,7 +48,7 @@ def test_a_changed_plan_is_refused(tmp_path):
 
 
 def test_a_plan_of_another_version_is_refused(tmp_path):
-    """Check that a plan with an unknown entry is refused although its hash is correct."""
+    """Check that a plan with an unknown entry is rejected although its hash is correct."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())

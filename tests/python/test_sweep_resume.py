@@ -1,4 +1,4 @@
-"""Interrupted sweeps, damaged files, full disks: repeating the call completes the same rows."""
+"""Interrupted sweeps, damaged files and full disks: a second call completes the same rows."""
 
 import os
 import random

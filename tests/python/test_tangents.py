@@ -13,14 +13,14 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the rotation vector in the body, and the change of momentum, between two path ends."""
+    """Return the body-frame rotation vector and the momentum change between two path ends."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
 
 
 def neighbours(scene, word, value, axis):
-    """Return the derivative with respect to a component of `word`, from runs with 30 digits.
+    """Return the derivative with respect to a component of `word`, from 30-digit runs.
 
     The differences are improved by Richardson extrapolation.
     """
@@ -62,7 +62,7 @@ def matrix(q):
 def form(path, i):
     """Return the matrix of the symplectic form at state `i` of a path.
 
-    The form applies to rotation vectors in the body and momenta in space.
+    The form acts on rotation vectors in the body frame and momenta in the space frame.
     """
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]

@@ -9,7 +9,7 @@ from tops import GENERAL
 
 
 def angle(a, b):
-    """Return the angle between the last attitudes of two paths, to full precision."""
+    """Return the angle between the final attitudes of two paths, to full precision."""
     p, q = (
         [
             Fraction(float(x)) + Fraction(float(y))

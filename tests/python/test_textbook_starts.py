@@ -120,7 +120,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
 
 
 def rate_of(scene):
-    """Return the precession rate: (angular velocity across the axis) / (sine of the tilt)."""
+    """Return the precession rate: (angular velocity transverse to the axis) / sin(tilt)."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
     across = velocity - (velocity @ apex) * apex

@@ -24,7 +24,7 @@ def neighbour(scene, size):
 
 
 def tangent(scene, t):
-    """Return the states at `t`, and their rotation and momentum per change of the start."""
+    """Return the states at `t`, and the derivatives of attitude and momentum along `CHANGE`."""
     path = kr.solve(scene, t, method="taylor", tangents="start")
     change = path.tangents @ np.concatenate([np.zeros(3), CHANGE])
     return path, change[:, :3], change[:, 3:]
@@ -41,10 +41,11 @@ def test_tangents_are_the_differences_of_closed_forms(scene):
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
-    """Compare the mean square growth of the momentum, as seen from the body, with its exact value.
+    """Compare the mean square growth of the body-frame momentum with its exact value.
 
-    With the angles chi of the torus and their rates w, the momentum M(chi) of the body changes by t
-    times the sum of dw dM/dchi, apart from a bounded part. The mean square is taken over the torus.
+    Let chi be the angles on the torus and w their rates. The momentum M(chi) in the body frame
+    changes by t times the sum of dw dM/dchi, apart from a bounded part. The mean square is taken
+    over the torus.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)

@@ -1,4 +1,4 @@
-"""Tops on turning supports, compared with SciPy, decimals and tops on supports at rest."""
+"""Tops on turning supports, compared with SciPy, decimal series and supports at rest."""
 
 import math
 import pickle
@@ -27,7 +27,7 @@ HEAVY = make_scene("general", turning=TURNING)
 
 
 def rotation(turning, t):
-    """Return the quaternion of the rotation of the support up to the time `t`."""
+    """Return the quaternion of the support's rotation up to the time `t`."""
     rate = np.linalg.norm(turning)
     return math.cos(rate * t / 2), *(math.sin(rate * t / 2) / rate * np.array(turning))
 
@@ -51,7 +51,10 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
 @pytest.mark.parametrize("t", [40.0, -40.0])
 @pytest.mark.parametrize("name", BODIES)
 def test_the_same_top_seen_from_rest(name, t):
-    """Compare with a support at rest, about e3 under gravity and about any axis without."""
+    """Compare with a support at rest.
+
+    The support turns about e3 under gravity, and about any axis without gravity.
+    """
     for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
         still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})
         moved = still.replace(turning=turning)

@@ -22,7 +22,7 @@ TOLD = "no body has this inertia about the fixed point"
 
 
 def call_and_warning(make):
-    """Return the result of a call, and its only warning."""
+    """Return the result of a call and the only warning that it issues."""
     with pytest.warns(UserWarning, match=TOLD) as caught:
         made = make()
     assert len(caught) == 1
@@ -156,7 +156,7 @@ def test_bodies_passed_as_unphysical_do_not_warn():
 
 
 def test_the_flag_is_kept_by_physical_bodies():
-    """Check that physical bodies keep unphysical=True, and so cause no warnings."""
+    """Check that physical bodies keep unphysical=True without warnings."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical

@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """Check that the viewer may run only its own script, and may make no requests."""
+    """Check that the viewer may run only its own script and may make no network requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))

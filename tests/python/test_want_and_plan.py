@@ -1,4 +1,4 @@
-"""The argument want= and the plans of kreisel.plan."""
+"""The argument `want` and the plans of kreisel.plan."""
 
 import math
 import pickle
