@@ -1,8 +1,8 @@
 """The binary interface: layouts of public structs, values of enumerators, and prototypes.
 
-`abi.txt` holds the interface of the version in kreisel.h. A program that was compiled with this
-header must work with every library of this version. After an intended change, raise the minor
-version of kreisel.h and write the file anew:
+`abi.txt` describes the interface of the version in kreisel.h. A program compiled with this header
+must work with every library of this version. After an intended change, raise the minor version of
+kreisel.h and write the file anew:
 
     python tests/repo/test_abi.py
 """

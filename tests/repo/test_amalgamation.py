@@ -1,6 +1,6 @@
 """The library as one file, written by cmake/amalgamate.py.
 
-The C tests run against this file as well, in .ci/test (KREISEL_AMALGAMATED).
+In .ci/test (KREISEL_AMALGAMATED), the C tests also run against this file.
 """
 
 import importlib.util
@@ -33,14 +33,14 @@ def folder(tmp_path_factory):
 
 
 def output(program, library, folder):
-    """Return the output of a program of tests/c that is linked with the object `library`."""
+    """Return the output of a program in tests/c that is linked with the object file `library`."""
     flags = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
     run("gcc", *flags, TESTS / f"{program}.c", library, "-lm", "-o", folder / program)
     return run(folder / program)
 
 
 def kernels_of(text):
-    """Return the lines of tests/c/kernels.c for each instruction set."""
+    """Return the output lines of tests/c/kernels.c, grouped by instruction set."""
     found = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
@@ -104,7 +104,7 @@ def test_make_needs_no_environment():
 
 
 def test_no_two_files_define_the_same_name(script):
-    """Compare the order of the files in kreisel.c."""
+    """Check that every name is defined in one file only, because kreisel.c contains all files."""
     plain, _ = script.read_units()
     files = {file for file, _ in plain.parts if file and file.suffix != ".def"}
     assert len(files) > 60

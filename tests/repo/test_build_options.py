@@ -23,7 +23,7 @@ def build_library(folder, **options):
 
 
 def offers(library, *methods):
-    """Return the statuses of each method in a build, and the names in its table of methods."""
+    """Return each method's status codes in a build, and the names in the build's method table."""
     program = library.with_name("options")
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
     *lines, table = run(program, *methods).splitlines()
@@ -80,7 +80,7 @@ def test_wrong_options_are_refused(tmp_path):
 
 
 def link_program(folder, lines, *sources):
-    """Link the statements `lines` with the static library, run them, and return their symbols.
+    """Link the statements `lines` with the static library, run the program, and return its symbols.
 
     The statements set `status`, which must be KR_OK. `sources` are linked before the library.
     """
@@ -124,7 +124,7 @@ def test_a_static_program_links_the_method_that_it_names(tmp_path):
 
 
 def torus_names(names):
-    """Return the names that belong to the closed forms of tops on a torus."""
+    """Return the names that belong to the closed forms on a torus."""
     return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
 
 

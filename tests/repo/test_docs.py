@@ -1,4 +1,4 @@
-"""Tests of the site that work without building the site; `make docs` builds it."""
+"""Tests of the site that do not need the built site; `make docs` builds the site."""
 
 import re
 import sys
@@ -46,7 +46,7 @@ def test_nothing_is_fetched_from_elsewhere(file):
 
 
 def test_the_waves_of_the_gallery_are_waves():
-    """Check that the axis nods by some degrees, at least five times per revolution."""
+    """Check that the axis nutates by several degrees, at least five times per revolution."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)

@@ -1,4 +1,4 @@
-"""The page on embedding: its files and commands work for someone who has only this page."""
+"""The page on embedding: its files and commands must work without any other source."""
 
 import re
 

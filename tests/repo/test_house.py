@@ -51,7 +51,7 @@ def test_python_sees_the_public_header_only():
 
 
 def symbols(library, *options):
-    """Return (name, type, section) of each symbol of a library, as listed by nm."""
+    """Return (name, type, section) of each symbol of a library, as nm lists them."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()
@@ -181,7 +181,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """Return the number of lines of the docstring of `node`."""
+    """Return the number of lines in the docstring of `node`."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 

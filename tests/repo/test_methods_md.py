@@ -1,4 +1,4 @@
-"""Tests that METHODS.md agrees with `kreisel methods --markdown`, except in its measured costs."""
+"""Tests that METHODS.md equals the output of `kreisel methods --markdown`, except for costs."""
 
 import kreisel as kr
 from internals import page_of_methods, table_of_costs
@@ -23,7 +23,7 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare the file with the output of the command, except for the measured costs.
+    """Compare METHODS.md with the output of the command, except for the measured costs.
 
     `kreisel methods --markdown > METHODS.md` updates the file.
     """

@@ -134,7 +134,7 @@ def test_its_own_test_passes(house):
 
 
 def test_no_reference_is_counted_without_the_lock_of_python(house):
-    """Check that a build without NDEBUG works, in which pybind11 checks that the GIL is held."""
+    """Check a build without NDEBUG, in which pybind11 verifies that the GIL is held."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]

@@ -1,7 +1,8 @@
 """Tests of third-party software.
 
-The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
-another checkout. Another test checks that the viewer makes no network requests.
+The tests check the licences, versions and hashes of the packages that pip installs. They also check
+that a .venv from another checkout is rejected. Another test checks that the viewer makes no network
+requests.
 """
 
 import importlib.metadata
@@ -77,7 +78,7 @@ def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a copy of the scripts that check a .venv, with a .venv created elsewhere."""
+    """Return a copy of the scripts that check a .venv, with a .venv from another checkout."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
@@ -86,7 +87,7 @@ def checkout(tmp_path):
 
 
 def need(checkout):
-    """Run .ci/need in an environment without tools, so that nothing can be installed."""
+    """Run .ci/need in an environment without tools, in which nothing can be installed."""
     tools = checkout / "tools"
     tools.mkdir()
     for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):

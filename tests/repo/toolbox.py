@@ -78,7 +78,7 @@ def need(*tools):
 
 
 def need_cargo():
-    """Skip the test if cargo is missing: `make test` does not install it, because of its size."""
+    """Skip the test if cargo is missing: `make test` does not install it, because cargo is large."""
     if not shutil.which("cargo"):
         pytest.skip("needs cargo")
 
@@ -102,7 +102,7 @@ def c_tests():
 
 @functools.cache
 def install_library(gsl="OFF"):
-    """Install the library as a user would, and return the folder.
+    """Install the library as a user would, and return the installation folder.
 
     Test processes that run in parallel install into different folders.
     """

@@ -1,4 +1,4 @@
-"""Tests of the stability atlas and of the random and published tops.
+"""Tests of the stability atlas, and of the random and published tops.
 
 No assertion depends on run times.
 """
@@ -82,7 +82,7 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """Check the verdict on a needle that the midpoint rule accelerates alike with both steps."""
+    """Check the verdict on a needle that the midpoint rule accelerates equally at both steps."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -111,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
-    """Check the verdict on an unstable body, whose attitude a rounding error can change by pi."""
+    """Check the verdict on an unstable body, whose attitude one rounding error can change by pi."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -148,7 +148,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_what_the_second_run_shows_is_the_error():
-    """Check the error estimate if the runs with steps h and h / 2 have the errors C h^p."""
+    """Check the error estimate if the runs with steps h and h / 2 have errors C h^p."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -165,7 +165,7 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def with_fault(fault):
-    """Return a function that lists all methods of kreisel, with the fault added to each.
+    """Return a function that lists all methods of kreisel, with a fault added to each method.
 
     The fault is a function that takes (who, problem, scene, times, setting).
     """
@@ -205,7 +205,7 @@ def twist(who, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Check that results with a fault larger than the method's own error are never called right."""
+    """Check that results are never called right if the fault exceeds the method's own error."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
@@ -218,7 +218,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Check that methods are not called right if gravity is wrong by a factor of 1.001.
+    """Check that no method is called right if gravity is wrong by a factor of 1.001.
 
     The effect of the fault is at least a hundred times the error of each method checked.
     """
@@ -285,8 +285,8 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     """Compare the change per step with h (1 - cos theta) <v, a_> <torque at a_, v>.
 
-    The formula is derived in stiff_needle.py. If it holds, the energy drift is a property of the
-    method, and not a fault of the implementation.
+    The formula is derived in stiff_needle.py. If the formula holds, the energy drift is a property
+    of the method and not an implementation fault.
     """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
@@ -361,7 +361,7 @@ def test_random_tops_are_run_by_every_method_that_suits_them():
 
 @pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
 def test_published_references_are_met(problem):
-    """Check that the published references are met in all of their 17 digits."""
+    """Compare attitudes and energies with the published reference solutions."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(

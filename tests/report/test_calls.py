@@ -1,5 +1,4 @@
-"""Tests of the part on calls: both programs at equal error, and the runs after which compiling pays
-off."""
+"""Tests of the report's part on calls: calls at equal error, and when compiling pays off."""
 
 from math import inf
 
@@ -18,7 +17,7 @@ NAME = "goryachev_chaplygin"
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the measurements of one scene with few rounds and orders."""
+    """Return the measurements of one scene, with few rounds and orders."""
     return [calls.measure_scene(NAME, 2, (1e-6, 0.0), quick=True)]
 
 
@@ -68,7 +67,7 @@ def test_each_order_of_heyoka_has_one_tolerance():
 
 
 def test_a_time_is_interpolated_between_the_settings_beside_the_error():
-    """Check a program whose time is the inverse of the fourth root of its error."""
+    """Check a program whose time is proportional to the error to the power -1/4."""
     ladder = [(k, error) for k, error in enumerate((1e-2, 1e-5, 1e-5, 1e-8, 1e-8, 1e-11))]
 
     def time_at(target):
@@ -114,7 +113,7 @@ def test_a_run_stays_below_the_peak_of_a_core(findings):
 
 
 def test_the_products_of_a_series_are_counted():
-    """Count the products of coefficients of a step one by one."""
+    """Compare with an explicit count of the products of coefficients in one step."""
     scene = kr.scenes.goryachev_chaplygin
     path = kr.solve(scene, [0.01], "taylor", tol=1e-3)
     assert path.stats.steps == 1

@@ -1,4 +1,4 @@
-"""Tests of the number of Python calls in public functions, and of returns to earlier files."""
+"""Tests of limits on the Python calls of public functions, and on returns to earlier files."""
 
 import pytest
 

@@ -74,7 +74,7 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 
 def test_frequencies_tell_regular_motions():
-    """Check that most motions of the top whose moments are 2 % apart are regular.
+    """Check that most motions of a nearly symmetric top (moments 2 % apart) are regular.
 
     Also check that all orbits in a chain of islands have the same rotation number.
     """

@@ -96,7 +96,7 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
 
 
 def test_a_compilation_is_paid_by_faster_runs_alone():
-    """Check a scene on which heyoka gains 0.25 s in each run, one on which it loses, and none."""
+    """Check three cases: heyoka gains 0.25 s per run, heyoka is slower, or heyoka does not run."""
     rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
     peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
     for peer in peers:

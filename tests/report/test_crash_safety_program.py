@@ -1,4 +1,4 @@
-"""Tests that killed writers leave intact files, and that the test detects a partly written file."""
+"""Tests that killed writers leave intact files, and that a partly written file is detected."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""Tests of the comparison of ensembles: all programs compute the same motions at equal errors."""
+"""Tests of the comparison of ensembles: all programs must compute the same motions."""
 
 import csv
 import re
@@ -53,7 +53,7 @@ def test_the_peers_start_where_the_tops_do(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_is_that_of_the_references(kind):
-    """Compare with the conditioning of the references, which is larger, as it includes the body."""
+    """Compare with the conditioning of the references, which also varies the body."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -62,7 +62,7 @@ def test_conditioning_is_that_of_the_references(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
-    """Check that results keep the order of the tops if eleven tops leave lanes unused."""
+    """Check that results keep the order of the tops if eleven tops leave some lanes unused."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for who in ensemble_runs.select_movers(tops):
@@ -107,7 +107,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_error_is_reached_by_both():
-    """Check the common error of programs whose smallest error is not at the tightest setting."""
+    """Check the common error of programs whose smallest error is not at their tightest setting."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)

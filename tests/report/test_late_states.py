@@ -1,4 +1,4 @@
-"""Times of late states by closed forms on a torus, in the report."""
+"""The report's table of times in which closed forms on a torus compute one late state."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Tests of the part on many starts, and of the advice at the head of the report."""
+"""Tests of the part on many starts, and of the advice at the top of the report."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -38,7 +38,10 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_found(times, scene="thesis"):
-    """Return findings of one scene from {program: times of its starts}, infinite if it fails."""
+    """Return findings of one scene from {program: times of its starts}.
+
+    A time is infinite if the program fails.
+    """
     runs = [
         {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
         for program, own in times.items()
@@ -50,9 +53,9 @@ def make_found(times, scene="thesis"):
 
 
 def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
-    """Check ratios of medians, where three quarters of the starts reach the error.
+    """Check ratios of medians if three quarters of the starts reach the error.
 
-    GSL and SciPy fail on half of the starts, which the conclusion says.
+    GSL and SciPy fail on half of the starts, and the conclusion must mention the failures.
     """
     programs = list(many_starts.list_programs())
     titles = list(many_starts.list_programs().values())
@@ -102,7 +105,7 @@ def make_row(scene, method, seconds, step=None):
 
 
 def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
-    """Check the advice for two scenes, of which each method of kreisel wins one."""
+    """Check the advice for two scenes, each of which a different method of kreisel wins."""
     scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
     rows = []
     for scene, (method, seconds) in scenes.items():

@@ -1,4 +1,4 @@
-"""Tests that the report includes a new method although no file of the report changes."""
+"""Tests that the report includes a new method without a change to any file of the report."""
 
 import ast
 from dataclasses import fields
@@ -40,7 +40,7 @@ NEW = "of_a_later_day"
 
 
 class Newcomer(kr.Method):
-    """The method suzuki4 under an unknown name."""
+    """The method suzuki4 under a new name."""
 
     def suits(self, scene):
         return kr.methods["suzuki4"].suits(scene)

@@ -1,4 +1,4 @@
-"""Tests that a new part of the report needs only a file, its template and a line in contents.py."""
+"""Tests that a new part of the report needs only a file, a template and a line in contents.py."""
 
 import csv
 import os
@@ -81,7 +81,7 @@ def tree(tmp_path_factory):
 
 
 def report(tree, *words):
-    """Return the output of the report in the copy."""
+    """Return the output of the report that is run in the copy."""
     command = [sys.executable, "-m", "validation", *words]
     wide = os.environ | {"COLUMNS": "200"}
     done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)

@@ -1,7 +1,7 @@
 """Tests that the atlas detects faults that are added to every method.
 
-Such a result must get the verdict "wrong in silence", because a user cannot observe an error that
-both runs share.
+A result with such a fault must get the verdict "wrong in silence". A user cannot observe an error
+that both runs share.
 """
 
 import re
@@ -159,7 +159,7 @@ def test_what_grows_with_the_error_is_never_silent(family):
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """Check that the verdict mentions the large step if a turn has only two steps."""
+    """Check that the verdict mentions the large step if there are only two steps per turn."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -173,7 +173,7 @@ def earlier(scene, times, share):
 
 
 def jumping(name, fault):
-    """Return a closed form to which a fault is added.
+    """Return a closed form with an added fault.
 
     The fault is a function that takes (scene, times, attitudes).
     """
@@ -189,7 +189,7 @@ def jumping(name, fault):
 def late():
     """Return the cells of closed forms at a late time, as {fault: cell}.
 
-    An additional fault is a relative error of the time.
+    One additional fault is a relative error of the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)

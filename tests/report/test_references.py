@@ -1,4 +1,4 @@
-"""Tests of the reference solutions, recomputed in several ways, and of heyoka and kreisel."""
+"""Tests of the reference solutions, which are recomputed in several ways, heyoka and kreisel."""
 
 import math
 

@@ -137,7 +137,7 @@ def test_the_report_writes_the_table_of_the_readme(quick):
 
 
 def test_the_report_takes_a_scene_of_ones_own(tmp_path):
-    """Check that the errors are small for a user's scene that is not given in principal axes."""
+    """Check that errors are small for a user's scene that is not described in principal axes."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0

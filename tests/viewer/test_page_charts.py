@@ -34,7 +34,7 @@ def run_to(page, t):
 
 
 def read_labels(page):
-    """Return the labels of the vertical axis."""
+    """Return the tick labels of the vertical axis."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
         own.fillText = function (text, ...where) {
@@ -159,9 +159,9 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 
 
 def read_table(page):
-    """Return the current values and changes of the integrals, (tops, 3 or 4, 2).
+    """Return the current values and changes of the integrals, an array (tops, 3 or 4, 2).
 
-    The integrals are E, <m, e3> and <m, apex>, and in addition K or G if it is conserved.
+    The integrals are E, <m, e3> and <m, apex>, and also K or G if conserved.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -176,7 +176,7 @@ def read_table(page):
 
 
 def compute_table(path):
-    """Return the values that the table must show for a path computed in Python."""
+    """Return the values that the table should show for a path computed in Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))
@@ -267,7 +267,7 @@ def read_earlier(page, chart=0):
 
 
 def read_spans(page, chart=0):
-    """Return the least and the greatest time and value that a chart shows."""
+    """Return the ranges of time and value that a chart shows."""
     return page.evaluate(f"""(({{x, y}}) => [x.min, x.max, y.min, y.max])(
         kreisel.charts.plots[{chart}].scales)""")
 
@@ -306,7 +306,7 @@ def test_curves_before_a_change_have_room_in_charts_of_errors(page, log):
 
 
 def count_pixels(page):
-    """Return the number of coloured pixels of the first chart, with and without pale curves."""
+    """Return the numbers of coloured pixels in the first chart, with and without pale curves."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {

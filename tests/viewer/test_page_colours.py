@@ -1,7 +1,7 @@
-"""Tests of colours: their contrast, and their distances for readers without red or green cones.
+"""Tests of colours: contrast, and distances as seen without red or green cones.
 
 WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. Distances are measured in CIELAB,
-where a distance of 10 is seen immediately.
+in which a distance of 10 is noticed immediately.
 """
 
 import itertools
@@ -16,7 +16,7 @@ VIEWER = ROOT / "python/viewer"
 
 
 def find_colours(file, pattern):
-    """Return the colours #rrggbb where the pattern matches."""
+    """Return the colours #rrggbb that match the pattern."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
@@ -76,7 +76,7 @@ TEXTS = [
 
 @pytest.mark.parametrize("name, text", TEXTS)
 def test_a_text_says_where_a_coloured_top_is(name, text):
-    """Check that texts identify a top not only by colour, but by its side or its dashed line."""
+    """Check that texts identify a top by its side or dashed line, and not only by its colour."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
         around = text.lower()[max(0, first - 40) : first + 50]

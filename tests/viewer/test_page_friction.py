@@ -1,4 +1,4 @@
-"""Tests of friction, the end on the floor, the game about it, rotors, and turntables."""
+"""Tests of friction, falls to the floor, the balancing game, rotors, and turntables."""
 
 import json
 
@@ -22,7 +22,7 @@ GAME, GYROSCOPE, TURNTABLE = "How long can it stand?", "Gyroscope", "On a turnta
 
 
 def differentiate(_, state, moments, lever, damping, friction):
-    """Return the derivative of attitude and momentum of a top that does not stop spinning."""
+    """Return the time derivatives of attitude and momentum of a top that keeps spinning."""
     w, x, y, z, *m = state
     turn = np.array(
         [

@@ -74,7 +74,7 @@ EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
 def follow_link(page, given):
-    """Follow another link in the open page, and return the message shown."""
+    """Follow another link in the open page, and return the message that the page shows."""
     page.evaluate(
         """(hash) => new Promise((done) => {
         kreisel.page.showMessage('');

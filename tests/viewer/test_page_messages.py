@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return the scene, time, states and undo history, which a refusal must not change."""
+    """Return the scene, time, states and undo history, which invalid input must not change."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )

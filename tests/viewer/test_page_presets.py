@@ -1,4 +1,4 @@
-"""Tests that the texts of presets are true about tops without a closed form and about methods."""
+"""Tests that texts of presets are true of tops without a closed form and of methods."""
 
 import kreisel as kr
 import numpy as np

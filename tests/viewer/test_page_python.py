@@ -1,4 +1,4 @@
-"""Tests of kr.view: in Python, in a notebook, on the command line, and with a computed path."""
+"""Tests of kr.view in Python, in a notebook, on the command line, and for a computed path."""
 
 import base64
 

@@ -1,4 +1,4 @@
-"""Tests of the camera, and that drawn traces, rods and bodies agree with Python."""
+"""Tests of the camera, and of drawn traces, rods and bodies against Python."""
 
 import kreisel as kr
 import numpy as np
@@ -194,7 +194,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points of the rod, (rings, sides, 3), newest first."""
+    """Return the points of the rod as an array (rings, sides, 3), newest first."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]

@@ -28,7 +28,7 @@ FRAMES = """new Promise((done) => {
 
 @pytest.fixture
 def chosen(page):
-    """Return the viewer, and restore the colour scheme of the system after the test."""
+    """Return the viewer, and restore the system's colour scheme after the test."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def read_drops(page):
-    """Return the feet and heights of the drop lines from the tip of m and the centre of mass."""
+    """Return the lower ends and heights of the drop lines from the tip of m and from the centre."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")

@@ -1,4 +1,4 @@
-"""Tests of the toolbar, pushes, touch, and input by keys and numbers."""
+"""Tests of the toolbar, pushes, touch, and input by keyboard."""
 
 import kreisel as kr
 import numpy as np
