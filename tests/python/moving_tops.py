@@ -31,8 +31,10 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return calls that raise an error for moving supports and friction; `path` is a path of
-    `scene`."""
+    """Return calls that raise an error for moving supports and friction.
+
+    `path` is a path of `scene`.
+    """
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),

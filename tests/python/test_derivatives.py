@@ -54,8 +54,7 @@ SCENES = {
 
 
 def differences(scene, name, component, values_at, step=2.0**-9):
-    """Return the derivative of `values_at(block, states, low)` with respect to a number of the
-    scene."""
+    """Return the derivative of `values_at(block, states, low)` with respect to a scene number."""
     total = 0.0
     for k, weight in WEIGHTS.items():
         ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))

@@ -78,7 +78,7 @@ def need(*tools):
 
 
 def need_cargo():
-    """Skip the test if cargo is missing: `make test` does not install it, because cargo is large."""
+    """Skip the test if cargo is missing: `make test` does not install it because of its size."""
     if not shutil.which("cargo"):
         pytest.skip("needs cargo")
 

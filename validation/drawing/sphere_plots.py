@@ -8,10 +8,10 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
-    """Return the coordinates across, up and towards the eye of points (..., 3).
+    """Return the coordinates of points (..., 3) to the right, upward and towards the eye.
 
-    The eye lies at an elevation above the horizontal plane and at an azimuth about the vertical
-    [degrees].
+    The viewing direction is given by an elevation above the horizontal plane and an azimuth about
+    the vertical [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)

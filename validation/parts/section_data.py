@@ -23,13 +23,13 @@ def make_body(name):
 
 
 def compute_section(name, orbits, crossings):
-    """Return the section of random starts with the same energy and vertical momentum."""
+    """Return the section of random starts with equal energy and vertical momentum."""
     tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return the section of motions whose integrals K have evenly spaced fourth roots."""
+    """Return the section of motions for which the fourth roots of K are evenly spaced."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -47,5 +47,5 @@ def average_by_orbit(section, values):
 
 
 def panel_data(section, colour):
-    """Return the data of one panel of the figure."""
+    """Return the data of one panel in the figure."""
     return section.spin_angle, section.axial_momentum, colour
