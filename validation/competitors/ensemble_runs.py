@@ -1,9 +1,10 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
 Each program prepares a call for given tops, a setting and a number of threads. The call can be
-repeated and returns the final attitudes, an array (n, 4). heyoka integrates seven equations that
-contain the body's constants, not in compact mode. The SIMD lanes of an integrator hold a batch of
-eight tops. Either each thread has its own integrator, or heyoka's ensemble function is used.
+repeated and returns the final attitudes, an array (n, 4). With heyoka, seven equations that contain
+the body's constants are integrated, not in compact mode. The SIMD lanes of an integrator hold a
+batch of eight tops. Either each thread has its own integrator, or heyoka's ensemble function is
+used.
 """
 
 from collections.abc import Callable

@@ -1,14 +1,14 @@
 """Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
 
-kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a reused kr.Run.
-heyoka's integrator is compiled once and reused, which is its fastest form. heyoka's compiled
-function of the right-hand side is integrated by SciPy's DOP853. Times are processor times, which
+The package kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a
+reused kr.Run. The integrator of heyoka is compiled once and reused, which is its fastest form.
+SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor times, which
 other programs hardly affect.
 
 The error of a setting is the largest error of this and all tighter settings. The two settings on
 either side of an error are timed alternately. Times at the error are interpolated linearly in the
-logarithms. heyoka's tolerance affects its runs only through the order of the series, so one setting
-per order is enough.
+logarithms. The tolerance of heyoka affects its runs only through the order of the series, so one
+setting per order is enough.
 """
 
 import time

@@ -2,7 +2,8 @@
 
 Each start is the initial state of the scene, rotated and with a scaled momentum. These changes keep
 the character of the motion. Each program runs at many tolerances. The time for an error is the time
-of the program's fastest run with at most this error. kreisel chooses its method automatically.
+of the program's fastest run with at most this error. In kreisel, the method is chosen
+automatically.
 """
 
 from dataclasses import replace
