@@ -1,7 +1,7 @@
 """Damping that is far stronger than all other torques.
 
-The slow motion, not the damping, must determine the number of steps. Every public function must agree
-with independent solutions.
+The slow motion, not the damping, must determine the number of steps. Every public function must
+agree with independent solutions.
 """
 
 import math
