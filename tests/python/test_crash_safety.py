@@ -94,7 +94,7 @@ def test_each_writer_writes(tmp_path):
 
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
-def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
+def test_a_killed_writer_leaves_the_old_file(tmp_path, moment):
     ends, said = run_writers(moment, tmp_path)
     assert set(ends.values()) == {-signal.SIGKILL}, said
     for writer in WRITERS:
@@ -102,7 +102,7 @@ def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
         assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
 
 
-def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
+def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):
     ends, said = run_writers("half", tmp_path)
     assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
     for writer in WRITERS:
@@ -111,7 +111,7 @@ def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
 
 
 @pytest.mark.parametrize("write", [kr.start(TOP).save, TOP.to_toml, kr.view(TOP, open=False).save])
-def test_a_place_that_must_not_be_written_is_an_os_error(tmp_path, write):
+def test_a_write_protected_file_raises_os_error(tmp_path, write):
     with pytest.raises(FileNotFoundError):
         write(tmp_path / "none" / "file")
     with pytest.raises(IsADirectoryError):
@@ -121,7 +121,7 @@ def test_a_place_that_must_not_be_written_is_an_os_error(tmp_path, write):
     assert os.listdir(tmp_path) == []
 
 
-def test_a_link_to_a_file_stays_a_link(tmp_path):
+def test_a_symbolic_link_stays_a_link(tmp_path):
     real, link = tmp_path / "real", tmp_path / "link"
     real.write_bytes(b"old")
     real.chmod(0o640)
@@ -171,7 +171,7 @@ def deadly(*words):
 
 
 @pytest.mark.parametrize("kill", ["os.fsync", "kr.Run.save"], ids=["kept", "saved"])
-def test_each_state_is_kept_once(kill, tmp_path):
+def test_every_state_is_stored_once(kill, tmp_path):
     whole = kr.solve(kr.scenes.asymmetric, END, "strang", step=0.01, every=5)
     chunks = -(-len(whole) // CHUNK)
     assert lives(tmp_path, kill) > chunks / 3

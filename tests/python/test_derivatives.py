@@ -81,7 +81,7 @@ def state_changes(reference):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_tangents_by_every_number_are_differences_for_every_order_of_axes(name):
+def test_tangents_agree_with_differences_for_every_order_of_axes(name):
     scene = SCENES[name]
     fine = kr.solve(scene, TIMES, digits=30, tangents=ALL)
     values_at = state_changes(fine.states)
@@ -113,7 +113,7 @@ def quantity_changes(name, reference):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_derivatives_of_every_quantity_are_differences(name):
+def test_derivatives_of_every_quantity_agree_with_differences(name):
     scene = SCENES[name]
     path = kr.solve(scene, TIMES, "taylor", tangents=ALL)
     for quantity in QUANTITIES:
@@ -137,7 +137,7 @@ def test_derivatives_of_every_quantity_are_differences(name):
             assert np.abs(found - own[..., column])[exists].max(initial=0.0) < within
 
 
-def test_angles_have_no_derivative_where_the_apex_is_vertical():
+def test_angles_have_no_derivative_at_a_vertical_apex():
     path = kr.solve(kr.scenes.sleeping, [0.0, 1.0], tangents=("start", "com"))
     for name in ANGLES:
         own = path.derivative(name)
@@ -145,7 +145,7 @@ def test_angles_have_no_derivative_where_the_apex_is_vertical():
     assert np.isfinite(path.derivative("apex")).all()
 
 
-def test_derivatives_are_refused_by_name():
+def test_invalid_derivatives_are_refused_by_name():
     path = kr.solve(kr.scenes.thesis, [0.0, 1.0], tangents="start")
     with pytest.raises(ValueError, match="did you mean 'nutation'"):
         path.derivative("nutatio")
@@ -166,7 +166,7 @@ def members():
 
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("threads", [1, 3])
-def test_tops_of_an_ensemble_have_the_tangents_of_each_alone(digits, threads):
+def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
     tops, by = members(), ("start", "damping", "com")
     paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
     assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
@@ -188,7 +188,7 @@ def test_tops_of_an_ensemble_have_the_tangents_of_each_alone(digits, threads):
         paths.derivative("apexx")
 
 
-def test_an_ensemble_with_tangents_takes_the_other_arguments_or_refuses_them():
+def test_ensemble_tangents_accept_or_refuse_every_other_argument():
     tops, by = members(), {"tangents": ["gravity"]}
     times = np.linspace(-0.5, -1.0, 6).reshape(3, 2, 1)
     back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **by)

@@ -141,19 +141,19 @@ def use_run(run):
 
 @EXAMPLES
 @given(st.sampled_from(TEXTS).flatmap(bent_text))
-def test_any_text_is_a_scene_or_refused(text):
+def test_any_text_is_a_scene_or_is_refused(text):
     read_and_use(lambda: kr.Scene.from_toml(text + "\n"), use_scene)
 
 
 @EXAMPLES
 @given(st.sampled_from(CHECKPOINTS).flatmap(bent))
-def test_any_bytes_are_a_run_or_refused(data):
+def test_any_bytes_are_a_run_or_are_refused(data):
     read_and_use(lambda: kr.resume(data, max_steps=MOST), use_run)
 
 
 @EXAMPLES
 @given(st.data())
-def test_any_checkpoint_of_a_right_sum_is_a_run_or_refused(data):
+def test_any_checkpoint_with_a_correct_checksum_is_a_run_or_is_refused(data):
     start, _, body = data.draw(st.sampled_from(CHECKPOINTS)).partition(b"\n")
     _, _, body = body.partition(b"\n")
     line, _, memory = body.partition(b"\n")
@@ -184,7 +184,7 @@ def array(text):
 
 @EXAMPLES
 @given(data=st.data())
-def test_any_archive_is_a_path_or_refused(data, file):
+def test_any_archive_is_a_path_or_is_refused(data, file):
     """Check archives with correct checksums but mutated members."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
@@ -203,13 +203,13 @@ def test_any_archive_is_a_path_or_refused(data, file):
 
 @EXAMPLES
 @given(data=st.data())
-def test_any_bytes_are_a_path_or_refused(data, file):
+def test_any_bytes_are_a_path_or_are_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
     file.write_bytes(data.draw(bent(file.read_bytes())))
     read_and_use(lambda: kr.load(file), lambda found: None)
 
 
-def test_a_damaged_archive_is_told_in_short(file):
+def test_a_damaged_archive_has_a_short_message(file):
     PATHS[0].save(file)
     data = bytearray(file.read_bytes())
     data[26:28] = (2000).to_bytes(

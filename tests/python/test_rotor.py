@@ -148,7 +148,7 @@ def test_the_power_balance_with_damping():
     assert path.energy[-1] - path.energy[0] == pytest.approx(lost, abs=1e-11)
 
 
-def test_a_rotor_at_rest_changes_no_bit():
+def test_a_rotor_at_rest_does_not_change_the_path():
     for rotor in ((0, 0, 0), (-0.0, 0.0, -0.0)):
         for name, scene in {"lagrange": kr.scenes.thesis, "general": kr.scenes.asymmetric}.items():
             still = scene.replace(body=replace(scene.body, rotor=rotor))
@@ -181,7 +181,7 @@ def test_members_of_an_ensemble_equal_single_tops():
     assert not kr.solve(axial, [0.0, 1.0]).status.any()
 
 
-def test_velocities_count_the_rotor():
+def test_velocities_include_the_rotor():
     for body in (GENERAL, TENSOR):
         scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=START["attitude"])
         inertia = np.array(body.inertia)
@@ -394,7 +394,7 @@ def test_invalid_arguments_of_with_rotor(words, said):
         GENERAL.with_rotor(**{"spin": 1.0, "inertia": 1.0, "axis": (0, 0, 1), **words})
 
 
-def test_whatever_does_not_know_rotors_says_so():
+def test_functions_without_rotors_refuse_them():
     axial = kr.Scene(kr.Body(1, (1, 1, 0.5), (0, 0, 0.3), rotor=(0, 0, 0.2)), **START)
     for name in ("bobenko_suris", "bobenko_suris2", "bobenko_suris4", "veselov2", "hirota_kimura"):
         with pytest.raises(ValueError, match="bodies without rotors"):

@@ -97,7 +97,7 @@ def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_cluster_computes_the_part_of_a_killed_worker_again(tmp_path, hashes, cluster, moment):
+def test_a_cluster_recomputes_the_part_of_a_killed_worker(tmp_path, hashes, cluster, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     cluster.run(kill_once, flag, moment)
     run_sweep(place, executor=cluster.get_executor())

@@ -57,7 +57,7 @@ def defect(scene, name, step):
 
 
 @pytest.mark.parametrize("name, body", CASES)
-def test_a_symplectic_method_keeps_the_form(name, body):
+def test_symplectic_methods_preserve_the_symplectic_form(name, body):
     scene, step = BODIES[body], 0.2
     change = defect(scene, name, step)
     if kr.methods[name].symplectic:
@@ -66,7 +66,7 @@ def test_a_symplectic_method_keeps_the_form(name, body):
         assert change > 1e-8 or not np.isfinite(change)
 
 
-def test_bobenko_suris4_keeps_the_form_along_orbits_only():
+def test_bobenko_suris4_preserves_the_form_only_along_orbits():
     """Check that variations transverse to the orbit change the symplectic form at order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic

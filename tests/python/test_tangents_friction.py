@@ -61,7 +61,7 @@ def check_tangents(scene, t, **options):
 
 @pytest.mark.parametrize("friction", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("words", [{}, MOVED], ids=["rest", "moved"])
-def test_tangents_equal_differences(friction, words):
+def test_tangents_agree_with_differences(friction, words):
     scene = kr.Scene(BODY, gravity=1.3, body_velocity=(0.4, 0.3, 1.0), friction=friction, **words)
     for t in (0.5, 4.0):
         check_tangents(scene, t)
@@ -89,7 +89,7 @@ def test_the_spin_of_a_symmetric_top_in_closed_form():
     assert np.abs(path.derivative("spin")[1]).max() < 1e-10
 
 
-def test_a_held_top_takes_no_spin():
+def test_friction_at_rest_keeps_the_spin_tangent_at_zero():
     top = kr.Scene(
         LAGRANGE, gravity=1.3, attitude=(0.6, 0.8, 0.0, 0.0), momentum=(0, 0, 0), friction=0.2
     )

@@ -31,7 +31,7 @@ def tangent(scene, t):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_are_the_differences_of_closed_forms(scene):
+def test_tangents_agree_with_differences_of_closed_forms(scene):
     t, size = [-10.0, -200.0], 1e-6
     _, _, momentum = tangent(scene, t)
     ahead, back = neighbour(scene, size)(t), neighbour(scene, -size)(t)
@@ -40,7 +40,7 @@ def test_tangents_are_the_differences_of_closed_forms(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
+def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     """Compare the mean square growth of the body-frame momentum with its exact value.
 
     Let chi be the angles on the torus and w their rates. The momentum M(chi) in the body frame
@@ -68,7 +68,7 @@ def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_indicators_of_integrable_tops_are_those_of_linear_growth(scene):
+def test_indicators_of_integrable_tops_show_linear_growth(scene):
     t = np.array((2000.0, 20000.0))
     assert np.abs(kr.megno(scene, t).curve - 2.0).max() < 0.2
     exponents = kr.lyapunov(scene, t).curve

@@ -72,7 +72,7 @@ def describe_interface(folder):
     return f"version {VERSION}\n" + run(program) + "\n".join(list_prototypes(text)) + "\n"
 
 
-def test_the_interface_is_that_of_the_version(tmp_path):
+def test_the_interface_agrees_with_abi_txt(tmp_path):
     assert describe_interface(tmp_path).splitlines() == FILE.read_text().splitlines()
 
 

@@ -37,7 +37,7 @@ def symbols(program):
     return {line.split()[-1] for line in run("nm", program).splitlines() if line}
 
 
-def test_a_build_with_one_method_says_that_others_are_left_out(tmp_path):
+def test_a_build_with_one_method_reports_omitted_methods(tmp_path):
     library = build_library(tmp_path, KREISEL_METHODS="strang")
     statuses, table = offers(library, "strang", "taylor", "exact", "none")
     left_out = (STATUS["ERR_NOT_BUILT"],) * 7
@@ -115,7 +115,7 @@ RUN_TOP = (
 )
 
 
-def test_a_static_program_links_the_method_that_it_names(tmp_path):
+def test_a_static_program_links_only_the_method_it_uses(tmp_path):
     names = link_program(tmp_path, RUN_TOP.replace("METHOD", "kr_method_strang"))
     assert "kr_method_strang" in names and "kr_top_create" in names
     methods = {name for name in names if re.match("kr_method_(?!applies|suits)", name)}
@@ -128,7 +128,7 @@ def torus_names(names):
     return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
 
 
-def test_a_static_program_with_a_closed_form_links_that_one(tmp_path):
+def test_a_static_program_links_only_the_closed_form_it_uses(tmp_path):
     lines = (
         "    kr_exact exact;\n"
         "    status = kr_exact_plan(&scene, &exact);\n"
@@ -147,7 +147,7 @@ def test_a_static_program_with_a_closed_form_links_that_one(tmp_path):
     assert "kr_kowalewski_plan" in names and not [name for name in names if "chaplygin" in name]
 
 
-def test_the_method_exact_can_do_without_the_forms_on_a_torus(tmp_path):
+def test_method_exact_can_be_built_without_closed_forms_on_a_torus(tmp_path):
     lines = RUN_TOP.replace("METHOD", "kr_method_exact") + (
         "    if (!kr_method_applies(&kr_method_exact, &scene.body)) return 1;\n"
         "    scene.body.inertia = (kr_vec3){2.0, 2.0, 1.0};\n"

@@ -173,7 +173,7 @@ def test_the_loop_of_the_game_allocates_nothing(prefix, tmp_path):
         assert output.endswith("allocations: 100\n"), output
 
 
-def test_events_are_the_lowest_points_of_the_axis(prefix, tmp_path):
+def test_events_occur_at_the_lowest_points_of_the_axis(prefix, tmp_path):
     output = build_and_run("events", prefix, tmp_path)
     lowest = numbers(r"lowest at t = #: tilt #", output)
     assert len(lowest) == int(2 / PERIOD + 0.5) and "end at t = 2.000" in output
@@ -286,7 +286,7 @@ def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
     check_game(run(build / "game_loop"))
 
 
-def test_fetch_content_clones_the_repository_that_is_named(tmp_path):
+def test_fetch_content_clones_the_given_repository(tmp_path):
     """Configure the project with a clone of a repository that stops the configuration."""
     need("cmake", "git")
     repository = tmp_path / "repository"

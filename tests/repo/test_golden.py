@@ -34,11 +34,11 @@ def of_the_library(program, to):
     return run(to)
 
 
-def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
+def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
     assert of_the_library(PROGRAM, tmp_path / "golden") == golden
 
 
-def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
+def test_the_library_agrees_with_the_snapshot(tmp_path):
     found = of_the_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
     assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 

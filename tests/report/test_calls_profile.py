@@ -13,7 +13,7 @@ LIMITS = {
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_a_verb_takes_few_calls_and_returns(case):
+def test_functions_take_few_calls_and_returns(case):
     calls, _, returns = count_calls(CASES[case]())
     most_calls, most_returns = LIMITS[case]
     assert calls <= most_calls and returns <= most_returns

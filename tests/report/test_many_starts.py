@@ -52,7 +52,7 @@ def make_found(times, scene="thesis"):
     return {"scene": scene, "starts": starts, "compiling": [0.5], "runs": runs}
 
 
-def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
+def test_the_conclusion_states_the_ratios_of_the_figure():
     """Check ratios of medians if three quarters of the starts reach the error.
 
     GSL and SciPy fail on half of the starts, and the conclusion must mention the failures.
@@ -75,7 +75,7 @@ def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
     assert "digits" not in said
 
 
-def test_the_conclusion_tells_what_more_digits_reach():
+def test_the_conclusion_states_the_share_reached_with_more_digits():
     times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
     found = [make_found(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
     said = many_starts.conclude(found)
@@ -88,7 +88,7 @@ def test_a_measured_scene_has_runs_with_more_digits(findings):
     assert len(scene["precise"]) == scene["starts"] and max(scene["precise"]) < 1e-13
 
 
-def test_tolerances_are_those_of_the_runs():
+def test_the_text_states_the_tolerances_of_the_runs():
     runs = [{"runs": [{"tol": 1e-3}, {"tol": 1e-8}]}, {"runs": [{"tol": 1e-5}]}]
     assert many_starts.find_tolerances(runs) == (1e-3, 1e-8)
 
