@@ -118,7 +118,7 @@ def nutation_by_quadrature(scene, n=400):
     ],
     ids=["cusps", "cuboid"],
 )
-def test_nutation_and_precession_are_those_of_the_closed_form(scene):
+def test_nutation_and_precession_agree_with_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
     low, high, period, precession = nutation_by_quadrature(scene)
     want = np.arccos(high), np.arccos(low), period, precession

@@ -47,7 +47,7 @@ def test_bobenko_suris4_conserves_its_integrals(step, gravity):
 
 
 @pytest.mark.parametrize("step, times", [(1 / 5, 140), (1 / 20, 2500), (1 / 160, 1e5)])
-def test_bobenko_suris4_is_more_accurate_by_the_documented_factor(step, times):
+def test_bobenko_suris4_is_more_accurate_than_bobenko_suris(step, times):
     top = kr.scenes.thesis
     at = np.linspace(90, 100, 11)
     truth = kr.solve(top, at, method="exact").q

@@ -113,7 +113,7 @@ def test_staude_rotations_diverge_at_the_rate_of_their_biquadratic():
         assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
 
 
-def test_the_exponent_is_that_of_the_tangents_of_a_path():
+def test_the_exponent_agrees_with_the_tangents_of_a_path():
     scene, t = kr.scenes.asymmetric, [20.0, 60.0]
     path = kr.solve(scene, t, tangents="start", digits=20)
     size = np.log(np.abs(path.tangents).max(axis=(1, 2)))

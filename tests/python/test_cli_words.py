@@ -234,7 +234,7 @@ def test_names_are_completed(line, found):
 # Boundary values
 
 
-def test_events_in_the_shell_are_counted_beyond_the_twentieth():
+def test_shell_events_are_counted_beyond_the_twentieth():
     def show_events(n):
         return call(f"solve thesis --t 1000 --events nutation:max_count={n}")
 
@@ -245,13 +245,13 @@ def test_events_in_the_shell_are_counted_beyond_the_twentieth():
         assert (more in text) and ("more events" in text) == bool(more)
 
 
-def test_too_many_states_are_counted_in_the_shell(tmp_path):
+def test_too_many_states_are_refused_in_the_shell(tmp_path):
     file = tmp_path / "path.npz"
     text = join_lines(call("solve thesis --t 0:1e12:0.001 --npz", file, code=2))
     assert "1000000000000001 states" in text and "GB" in text
 
 
-def test_grids_of_the_shell_without_length_have_their_start():
+def test_shell_grids_of_zero_length_contain_their_start():
     assert cli.main is not None
     for word in ("0:0:0.1", "0:0:-0.1", "2:2:-1"):
         t = shell_times.times(word).array()

@@ -111,7 +111,7 @@ def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):
 
 
 @pytest.mark.parametrize("write", [kr.start(TOP).save, TOP.to_toml, kr.view(TOP, open=False).save])
-def test_a_write_protected_file_raises_os_error(tmp_path, write):
+def test_unwritable_files_raise_os_error(tmp_path, write):
     with pytest.raises(FileNotFoundError):
         write(tmp_path / "none" / "file")
     with pytest.raises(IsADirectoryError):

@@ -128,7 +128,7 @@ def test_methods_without_damping_are_refused():
     assert "damping" in str(kr.plan(damped))
 
 
-def test_quantities_without_damping_are_refused():
+def test_rods_of_damped_tops_are_refused():
     path = kr.solve(kr.scenes.thesis.replace(damping=0.1), TIMES)
     with pytest.raises(ValueError, match="damped"):
         kr.rod(path)

@@ -106,8 +106,8 @@ def needles(lone, turned):
 def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, turned):
     """Check the accuracy and the error estimate of thin bodies with 30 digits.
 
-    The small moment magnifies rounding errors of the momentum. The error
-    estimate compares two step sizes, and both runs magnify these errors equally.
+    The small moment magnifies rounding errors of the momentum. The error estimate compares two step
+    sizes, and both runs magnify these errors equally.
     """
     ratios = []
     with mp.workdps(60):

@@ -17,5 +17,5 @@ def test_a_pendulum_is_refused_by_name():
         kr.solve(pendulum, 1.0, method="exact")
 
 
-def test_the_scene_of_the_thesis_misses_the_ratio_by_a_rounding_error():
+def test_the_scene_kowalewski_has_a_mismatch_of_rounding_size():
     assert 0.0 < kr.exact(kr.scenes.kowalewski).mismatch < 1e-15

@@ -41,7 +41,7 @@ def test_splitting_a_record_does_not_change_the_fit(fit):
     assert split.dof == fit.dof and split.unidentified == fit.unidentified
 
 
-def test_residuals_are_those_of_the_path(fit):
+def test_residuals_agree_with_the_path(fit):
     values = fit.records[0].series[0].values
     own = (fit.path.body_velocity - values) / SIGMA
     assert np.abs(own - fit.residuals[0]["body_velocity"]).max() < 1e-6

@@ -107,6 +107,6 @@ def test_steps_of_many_turns_stay_finite(method):
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14
 
 
-def test_a_large_step_is_refused_on_every_processor():
+def test_a_large_step_of_takahashi_imada4_is_refused():
     with pytest.raises(ValueError, match="step is too large"):
         kr.solve(kr.scenes.thesis, 100, method="takahashi_imada4", step=20.0)

@@ -152,7 +152,7 @@ def test_the_attitude_can_be_given_scalar_last():
     assert scene == GENERAL and scene.attitude_xyzw == (x, y, z, w)
 
 
-def test_scenes_and_bodies_are_values():
+def test_scenes_and_bodies_can_be_compared_and_copied():
     again = kr.Scene(
         kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), GENERAL.momentum, GENERAL.attitude, 1
     )

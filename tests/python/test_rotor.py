@@ -114,7 +114,7 @@ def test_an_axial_rotor_shifts_the_spin(body, axis, t):
             assert np.abs(path.m[-1] - plain.m[-1]).max() < allowed
 
 
-def test_the_turning_points_are_those_without_rotor():
+def test_turning_points_equal_those_without_rotor():
     body = kr.Body(1.2, (1.3, 1.3, 0.7), (0, 0, 0.4), unphysical=True)
     spun = kr.exact(kr.Scene(replace(body, rotor=(0, 0, 0.6)), **START))
     plain = kr.exact(kr.Scene(body, **START))
@@ -269,7 +269,7 @@ def test_the_angular_acceleration_is_the_derivative_of_the_angular_velocity():
         assert np.abs(slope - plain.body_acceleration[4]).max() > 0.1
 
 
-def test_closed_forms_of_an_ensemble_with_axial_rotors_are_those_of_each_top():
+def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones():
     for body, axis in AXIAL[:4]:
         tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))
         form, t = kr.exact(tops), np.array([-2.0, 0.0, 3.0])

@@ -69,7 +69,7 @@ def test_a_section_equals_the_events_of_paths():
     assert section.top.tolist() == sorted(section.top.tolist()) and section.n == 8
 
 
-def test_sections_have_the_interface_of_arrays():
+def test_sections_can_be_indexed_and_printed():
     section = kr.section(TOPS, n=5)
     assert len(section) == 3 and section.shape == (3,) and section.count.tolist() == [5, 5, 5]
     assert section.frame.shape == (15, 3, 3) and section.q.shape == (15, 4)

@@ -368,6 +368,6 @@ def test_a_path_is_saved_atomically(tmp_path):
     assert os.listdir(tmp_path) == ["top"] and same(path, kr.load(file))
 
 
-def test_a_path_of_a_method_from_another_build_explains_the_build(file, parts):
+def test_a_path_of_an_unknown_method_is_refused(file, parts):
     head = head_of(parts) | {"method": "gsl_of_old", "digits": None}
     check_refusal(file, parts | {"head.npy": text(json.dumps(head))}, "unknown method 'gsl_of_old'")

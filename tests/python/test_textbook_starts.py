@@ -271,7 +271,7 @@ def test_the_tilt_is_at_most_half_a_turn():
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
-def test_what_counts_as_symmetric_does_not_depend_on_the_units(scale):
+def test_symmetry_does_not_depend_on_the_units(scale):
     moments = np.array([1.0, 1.0 + 1e-11, 0.5]) * scale
     far = 0.5 * scale**0.5
     unlike = kr.Body(1.0, tuple(moments), (0, 0, far))

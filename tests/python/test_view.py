@@ -51,7 +51,7 @@ def test_methods_missing_in_the_viewer_are_refused(name):
         kr.view(TOP, methods=name, open=False)
 
 
-def test_no_method_and_four_are_refused():
+def test_zero_and_four_methods_are_refused():
     for names in ([], ["strang"] * 4):
         with pytest.raises(ValueError, match="one to three methods"):
             kr.view(TOP, methods=names, open=False)

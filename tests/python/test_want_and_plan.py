@@ -173,7 +173,7 @@ def test_plan_lists_omitted_computations():
     assert "two of a drift's four turns" in turns
 
 
-def test_plan_refuses_what_solve_refuses():
+def test_plan_refuses_the_arguments_that_solve_refuses():
     with pytest.raises(ValueError, match="'geometric' chooses by trial runs"):
         kr.plan(TOP, method="geometric")
     with pytest.raises(ValueError, match="has a fixed step: give step"):

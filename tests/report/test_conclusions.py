@@ -11,7 +11,7 @@ from validation.references.problems import HORIZONS, SHORT, load_problem
 
 
 @pytest.mark.parametrize("name", HORIZONS)
-def test_the_conclusion_states_that_references_agree(name):
+def test_references_agree_within_the_conditioning(name):
     kept = reference.load_truth(name, SHORT)
     line = {
         "scene": name,

@@ -185,6 +185,6 @@ def test_thinning_keeps_the_extreme_values():
     assert len(x) <= 1002 and y.max() == 5.0 and y.min() == values.min() and (np.diff(x) > 0).all()
 
 
-def test_the_error_grows_with_the_term(results):
+def test_the_frame_error_grows_with_the_energy_term(results):
     usual = results.growth[results.growth[:, 1] == 1.0]
     assert (np.diff(usual[:, 2]) > 0).all() and (np.diff(usual[:, 3]) > 0).all()

@@ -143,7 +143,7 @@ def test_charts_offer_all_quantities_of_the_table(page):
 
 
 @pytest.mark.parametrize("each", LEVEL, ids=lambda each: each["name"])
-def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each):
+def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
     name = each["name"]
     owners = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
     load(page, owners.get(name, UPRIGHT), methods=["strang"], chart=name)

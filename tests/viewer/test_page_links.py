@@ -238,7 +238,7 @@ def test_the_viewer_stops_when_all_methods_have_failed(page):
     assert read_clock(page) == 2 * TICKS
 
 
-def test_missing_graphics_show_a_message(browser):
+def test_without_graphics_a_message_is_shown(browser):
     flags = ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer"]
     plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
     page = plain.new_page()
@@ -257,7 +257,7 @@ def test_browser_notes_are_not_errors(page):
     assert "The page has stopped on an error" not in read_message(page)
 
 
-def test_missing_scripts_show_a_message(browser):
+def test_without_javascript_a_message_is_shown(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(PAGE.as_uri())

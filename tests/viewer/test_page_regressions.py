@@ -96,7 +96,7 @@ def test_changes_of_method_and_step_keep_start_and_time(page, place, value):
     assert read_states(page)[0] == path.states[-1].tolist()
 
 
-def test_gravity_and_body_keep_the_start(page):
+def test_changes_of_gravity_and_body_keep_the_start(page):
     advance(page, 20)
     before = read_scene(page)
     page.evaluate("kreisel.page.setValue('gravity', 2)")
