@@ -89,7 +89,7 @@ class Series:
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
     def _pull(self):
-        """Return the Taylor coefficients of gravity as seen from the shaken support."""
+        """Return the Taylor coefficients of the effective gravity on the shaken support."""
         amplitude, rate, phase = self.shaking
         pull = [self.gravity] + [Decimal(0)] * ORDER
         if amplitude:
@@ -159,7 +159,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Advance to the time `t`, and return attitude and momentum in space as decimals."""
+        """Advance to the time `t`, and return decimal attitude and momentum in the space frame."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))

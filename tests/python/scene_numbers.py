@@ -38,8 +38,8 @@ def change_number(scene, name, component, by):
 def turn_attitude(q, axis, angle):
     """Return the attitude `q` rotated about a body axis, as high and low words.
 
-    The rotation is that of the quaternion 1 + angle/2 e. Its angle equals `angle` up to terms of
-    third order.
+    The rotation is that of the quaternion 1 + (angle / 2) e, where e is a body axis. Its angle
+    equals `angle` up to terms of third order.
     """
     with localcontext() as context:
         context.prec = 50

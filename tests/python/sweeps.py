@@ -44,7 +44,7 @@ def hash_rows(folder):
 
 
 def hex_doubles(value):
-    """Return `value` with its doubles written in hexadecimal, so that every bit is visible."""
+    """Return `value` with its doubles in hexadecimal, so that every bit is visible."""
     if isinstance(value, list):
         return tuple(map(hex_doubles, value))
     return value.hex() if isinstance(value, float) else value

@@ -9,7 +9,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """Return a path of a million steps, after checking that its momenta stay within bounds."""
+    """Return a path of a million steps whose momenta were checked to stay within bounds."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0

@@ -1,4 +1,4 @@
-"""Commands of the command line and their output."""
+"""The commands of the command line and their output."""
 
 import csv
 import importlib

@@ -97,7 +97,7 @@ def test_tangents_agree_with_differences_for_every_order_of_axes(name):
 
 
 def continue_angles(values, near):
-    """Return `values` changed by multiples of 2 pi so that they are nearest to `near`."""
+    """Return `values` plus multiples of 2 pi, so that each value is nearest to `near`."""
     return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
 
 

@@ -30,7 +30,7 @@ def block(tops, index):
 
 
 def assert_same(tops, scene_at):
-    """Assert that each member equals its scene bit by bit, in Python and in the core."""
+    """Assert that each member is bitwise equal to its scene, in Python and in the core."""
     assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)

@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Return True if the events of consecutive paths equal those of one path bit by bit."""
+    """Return True if the events of consecutive paths are bitwise equal to those of one path."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name

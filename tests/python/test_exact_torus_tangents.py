@@ -52,7 +52,7 @@ def test_only_the_column_of_vertical_momentum_has_no_closed_form(scene):
 
 
 def compute_flow(path):
-    """Return the time derivative of the state: a rotation vector, and the torque in space."""
+    """Return the time derivative of the state: the body velocity, and the torque in space."""
     scene = path.scene
     arm = np.array(kr.quaternion.turn(tuple(path.q.T), scene.body.com)).T
     torque = np.cross(arm, (0.0, 0.0, -scene.body.mass * scene.gravity))

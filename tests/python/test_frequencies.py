@@ -78,7 +78,7 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
     """Check the mean rates of a top whose apex passes a pole between two states.
 
-    The mean rates must not depend on how close these states are to the pole.
+    The mean rates must not depend on the distance of these states from the pole.
     """
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
@@ -163,7 +163,7 @@ def test_chaotic_paths_have_a_large_remainder():
 
 
 def test_undetermined_rates_are_nan():
-    """Check that a top has no mean rates if its apex passes the pole irregularly on either side."""
+    """Check that a top has no mean rates if its apex passes the pole on either side irregularly."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

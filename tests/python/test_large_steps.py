@@ -78,7 +78,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     """Check that a step size h is rejected if a kick or a rotation would be too large.
 
     A kick is too large if h^2 |A| / (least moment) > 2. A rotation is too large if it exceeds
-    `most` [rad] per step at the largest rate that the energy allows.
+    `most` [rad] per step at the highest rate that the energy allows.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):

@@ -1,4 +1,4 @@
-"""Error messages: each names the argument, shows at most a line of its value, suggests a fix."""
+"""Error messages, which name the argument, show at most a line of its value and suggest a fix."""
 
 from types import SimpleNamespace
 

@@ -1,6 +1,7 @@
 """Properties of every method, compared with the table: order, invariants, reversibility, bodies.
 
-All starts are tilted. On an upright start no torque acts, so errors of first order would be hidden.
+All starts are tilted. The torque on an upright start is zero, which would hide errors of first
+order.
 """
 
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Bodies and scenes as values, and the named scenes."""
+"""Bodies and scenes: construction, comparison and changes; the named scenes."""
 
 import dataclasses
 import json
@@ -99,7 +99,7 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """Check that the motions agree within their errors, which depend on the order of the axes."""
+    """Check that the motions agree within errors. The errors depend on the order of the axes."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,

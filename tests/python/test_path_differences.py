@@ -1,4 +1,4 @@
-"""The chart of the difference between two paths in a picture of both."""
+"""The chart of the difference between two paths, in a picture that compares both paths."""
 
 import kreisel as kr
 import numpy as np

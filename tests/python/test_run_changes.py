@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Return a new run by the method and the digits in `name`, such as "taylor 30"."""
+    """Return a new run with the method and digits in `name`, such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)
@@ -55,7 +55,7 @@ def test_a_push_by_zero_only_restarts_the_motion(name, most):
 
 @pytest.mark.parametrize("scene", [TOP, GENERAL, FREE, kr.scenes.thesis])
 def test_opposite_pushes_keep_30_digits(scene):
-    """Compare with an undisturbed run, in which no start is rounded to doubles."""
+    """Compare with an undisturbed run, whose states are never rounded to doubles."""
     run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
     for t in (0.7, 1.9, 3.1):
         run.to(t)

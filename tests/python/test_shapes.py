@@ -93,7 +93,7 @@ def make(name, **words):
 
 
 def integrate_inertia(points, weights, mass, pivot):
-    """Return the inertia and the centre of mass, both relative to the pivot, by quadrature."""
+    """Return the inertia and the centre of mass relative to the pivot, by quadrature."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
     return np.eye(3) * products.trace() - products, portions @ seen / mass

@@ -351,7 +351,7 @@ def test_a_damping_of_one_number_applies_to_all_axes():
     ],
 )
 def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
-    """Check that a plan with very many parts is read without a loop over all part numbers."""
+    """Check that a plan with very many parts is read without a loop over all parts."""
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)

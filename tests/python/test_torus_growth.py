@@ -44,8 +44,8 @@ def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     """Compare the mean square growth of the body-frame momentum with its exact value.
 
     Let chi be the angles on the torus and w their rates. The momentum M(chi) in the body frame
-    changes by t times the sum of dw dM/dchi, apart from a bounded part. The mean square is taken
-    over the torus.
+    changes by t times the sum of dw dM/dchi, apart from a bounded part. The mean square is an
+    average over the torus.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)

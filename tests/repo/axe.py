@@ -20,7 +20,7 @@ def open_browser():
 
 
 def list_violations(browser, address, open_folds=False, sizes=SIZES):
-    """Return the violations of the accessibility rules by a page, each with its window size.
+    """Return the accessibility violations of a page, each with the window size.
 
     If `open_folds` is true, all folded sections of the page are opened before the check.
     """

@@ -135,7 +135,7 @@ def compile_library(folder, compiler, level, options):
 
 
 def link_program(folder, compiler, level, text, library):
-    """Compile a program, link it with the library, and return it."""
+    """Compile a program, link it with the library, and return the program."""
     source, program = Path(folder) / "program.c", Path(folder) / "program"
     source.write_text(text)
     linking = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", library, "-lm"]

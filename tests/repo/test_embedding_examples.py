@@ -19,10 +19,10 @@ MOMENTUM = SPIN * I3
 
 
 def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the tilt at time `t`, its rate, and the precession angle, by Euler's equations.
+    """Return the tilt, its rate, and the precession angle at time `t`, by Euler's equations.
 
-    The initial angular velocity of the Lagrange top is its spin alone. `pull` is mass * gravity *
-    lever.
+    At the start, the angular velocity of the Lagrange top is its spin alone. `pull` is mass *
+    gravity * lever.
     """
     vertical = momentum * np.cos(tilt)
 
@@ -35,7 +35,7 @@ def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY *
 
 
 def largest_tilt(tilt, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the largest tilt of a Lagrange top whose initial angular velocity is its spin."""
+    """Return the largest tilt of a Lagrange top that starts with its spin alone."""
     ratio = momentum**2 / (4 * i1 * pull)
     return np.arccos(ratio - np.sqrt(ratio * ratio - 2 * ratio * np.cos(tilt) + 1))
 

@@ -1,4 +1,4 @@
-"""The installed library: the programs of examples/ find it with CMake and with pkg-config."""
+"""The installed library: programs in examples/ find the library with CMake and with pkg-config."""
 
 import shutil
 

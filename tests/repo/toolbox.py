@@ -21,7 +21,7 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 def run(*command, cwd=ROOT, **environment):
     """Return the standard output of a command.
 
-    If the command fails, the test fails with its output.
+    If the command fails, the test fails and shows the output of the command.
     """
     done = subprocess.run(
         [str(word) for word in command],

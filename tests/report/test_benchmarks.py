@@ -36,7 +36,7 @@ def test_a_program_describes_its_measurement(name, capsys):
 
 
 def test_the_core_is_compiled_like_the_library():
-    """Check that the files, instruction sets and options are those in CMakeLists.txt."""
+    """Check that the files, instruction sets and options equal those in CMakeLists.txt."""
     said = (ROOT / "CMakeLists.txt").read_text()
     isas = (ROOT / "cmake/isa.cmake").read_text()
     assert compiling.core_files() == core_sources()

@@ -106,7 +106,10 @@ def test_inverse_and_derivative_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_restarts_do_not_reduce_the_accuracy_of_one_step_methods(words):
-    """Check that restarts do not reduce the accuracy, as they would in a multi-step method."""
+    """Check that restarts do not reduce the accuracy.
+
+    They would reduce that of a multi-step method.
+    """
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)

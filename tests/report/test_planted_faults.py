@@ -200,7 +200,7 @@ def late():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
-    """Check that late faults are "wrong in silence" unless rounding of the start explains them."""
+    """Check that late faults are "wrong in silence" unless initial rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert silent(late()[fault]) != told_by_data
 

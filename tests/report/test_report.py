@@ -1,4 +1,4 @@
-"""Tests of the report for its own scenes and for scenes of a user.
+"""Tests of the report for its own scenes and for scenes of the user.
 
 No assertion depends on run times.
 """

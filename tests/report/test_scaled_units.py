@@ -12,7 +12,7 @@ TIMES = np.linspace(0, 10, 11)
 
 
 def test_scaled_units_of_the_cuboid_differ_from_the_thesis():
-    """Check errata 4 and 5: I1, alpha and the lever differ from those printed in 4.2.1."""
+    """Check errata 4 and 5: I1, alpha and the lever differ from the values printed in 4.2.1."""
     n, t = 0.8, 1.0
     units = scaled_units(CUBOID)
     scaled = units.into(THESIS)

@@ -123,8 +123,8 @@ def test_thinned_records_keep_their_extremes(page):
 def test_charts_offer_all_quantities_of_the_table(page):
     """Check that the menu lists all quantities that a chart can show.
 
-    These are the attitude error, the integral K or G if it is conserved, and all quantities that do
-    not depend on the heading.
+    These are the attitude error, the integral K or G if conserved, and all quantities that do not
+    depend on the heading.
     """
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")

@@ -1,4 +1,4 @@
-"""The compiled core without its Python layer, for comparison with other inner loops.
+"""The compiled core without the Python layer, for comparison with other inner loops.
 
 This is the only file of validation that runs individual tops through private names of kreisel.
 """

@@ -88,8 +88,8 @@ def tightest_common_error(own, other):
 def seconds_at(target, own):
     """Return the seconds per top at a median error, for each round, or nan for unreached errors.
 
-    The error of a setting is the largest error of this and all tighter settings. If the loosest
-    setting already meets the error, its time is returned.
+    The error of a setting is the largest error of this setting and all tighter settings. If the
+    loosest setting already meets the error, the time of this setting is returned.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]

@@ -92,7 +92,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Return whether GSL is included, and its version if pkg-config finds one."""
+    """Return whether GSL is included, and the version of GSL if pkg-config finds one."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]

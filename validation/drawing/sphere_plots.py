@@ -37,7 +37,7 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the start."""
+    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the initial position."""
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)

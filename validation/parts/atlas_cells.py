@@ -28,8 +28,8 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 class Candidate:
     """A method of kreisel, or another integrator, that can run a cell.
 
-    `run` takes problem, scene, times and a setting. The call returns attitudes in the principal
-    axes, momenta in space, and the numbers of steps and evaluations.
+    `run` takes problem, scene, times and a setting. The call returns attitudes of the principal
+    axes, momenta in the space frame, and the numbers of steps and evaluations.
     """
 
     name: str

@@ -1,14 +1,14 @@
 """Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
 
 The package kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a
-reused kr.Run. The integrator of heyoka is compiled once and reused, which is its fastest form.
-SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor times, which
-other programs hardly affect.
+reused kr.Run. The integrator of heyoka is compiled once and reused, which is the fastest way to
+call heyoka. SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor
+times, which other programs hardly affect.
 
-The error of a setting is the largest error of this and all tighter settings. The two settings on
-either side of an error are timed alternately. Times at the error are interpolated linearly in the
-logarithms. The tolerance of heyoka affects its runs only through the order of the series, so one
-setting per order is enough.
+The error of a setting is the largest error of this setting and all tighter settings. The two
+settings on either side of an error are timed alternately. Times at the error are interpolated
+linearly in the logarithms. The tolerance of heyoka affects its runs only through the order of the
+series, so one setting per order is enough.
 """
 
 import time
@@ -56,7 +56,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a call that resets a run to the scene's initial state and advances it by `end`."""
+    """Return a call that resets a run to the scene's initial state and advances the run by `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 
@@ -187,7 +187,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
 
 
 def measure_band(own, peers, target, rounds):
-    """Return the times of both calls of kreisel and of heyoka at one error."""
+    """Return the times of kreisel's two calls and of heyoka's call at one error."""
     ours, theirs = select_bracket(own, target), select_bracket(peers, target)
     calls = {
         HEYOKA: [make_heyoka_call(run) for run, _ in theirs],

@@ -9,7 +9,7 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return, for each motion, the axial momentum, the rotation per nutation, and its change.
+    """Return the axial momentum, the rotation per nutation, and its change, for each motion.
 
     The axial momentum is taken at the section point closest to spin angle 0. The rotation is the
     angle [turns] by which the apex turns between two lowest points, without whole turns. The change

@@ -46,7 +46,8 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return the number of chaotic starts among `n`, their mean exponent, and the tangents' drift.
 
-    The drift is the largest change of the integrals of the tangents, and shows their accuracy.
+    The drift is the largest change of the tangents' integrals and shows the accuracy of the
+    tangents.
     """
     tops = kr.starts(
         section_data.make_body(name),

@@ -58,7 +58,7 @@ def list_programs():
 def rotate_start(problem, random):
     """Return the problem with a randomly changed initial state.
 
-    A horizontal momentum stays horizontal.
+    A horizontal momentum remains horizontal.
     """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
@@ -100,7 +100,7 @@ def restart(compiled, start):
 
 
 def measure_run(run, truth):
-    """Return the time and the error of a run, or None if it fails."""
+    """Return the time and the error of a run, or None if the run fails."""
     try:
         with timing.pause_gc():
             begin = timing.perf_counter()
@@ -228,8 +228,8 @@ def finite_or_none(x):
 def compare_medians(found, target):
     """Return kreisel's median time [s], and {title: ratio of the program's median to kreisel's}.
 
-    The medians are those in the figure. A program is omitted if more than a quarter of the starts
-    do not reach the error. If kreisel itself is omitted, its time is None.
+    These medians also appear in the figure. A program is omitted if more than a quarter of the
+    starts do not reach the error. If kreisel itself is omitted, its time is None.
     """
     known = {}
     for program, title in list_programs().items():

@@ -94,7 +94,7 @@ def bytes_with_quantities(path):
 def list_omissions(problem, end):
     """Yield (omission, run without the omission, run with the omission).
 
-    A run returns its size [bytes].
+    A run returns the size of its results [bytes].
     """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)

@@ -1,7 +1,7 @@
 """The interface of a part of the report.
 
-The report builds its page, its tables and its command line from a list of parts, and refers to no
-part by name. A new part needs three things: a file here that ends with its `Part`, a template
+The report builds its page, tables and command line from a list of parts, and names no part
+elsewhere. A new part needs three things: a file here that ends with its `Part`, a template
 NAME.html beside the file, and a line in report/contents.py.
 """
 

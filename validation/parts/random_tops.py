@@ -103,7 +103,7 @@ def describe_setting(setting):
 
 
 def measure_outcomes(problems, truths, name, setting):
-    """Return the error and the time of each top, or its failure."""
+    """Return the error and the time of each top, or the failure of the top."""
     try:
         seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Sections for the part on chaos: their tops, and the data of the figures."""
+"""Sections for the part on chaos: the tops and the data of the figures."""
 
 import kreisel as kr
 import numpy as np
@@ -41,7 +41,7 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return an array in which each value is replaced by the mean of its orbit."""
+    """Return an array in which each value is replaced by the mean over its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 

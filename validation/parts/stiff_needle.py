@@ -7,7 +7,8 @@ theta = 2 atan(h |V| / 4). A step changes <m,a> by
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
 The change is of order h^2 if the step size resolves the spin. Otherwise the change per unit of time
-does not depend on the step size. Its magnitude is about that of the torque component along V.
+does not depend on the step size. The magnitude of the change is about that of the torque component
+along V.
 """
 
 import kreisel as kr

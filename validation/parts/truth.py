@@ -56,8 +56,8 @@ def has_many_digits(way):
 def summarize_agreement(lines):
     """Yield, for each scene, the largest differences between computations over the conditioning.
 
-    A row contains the largest differences of high-precision results and of other results. It also
-    names the computation with the latter difference.
+    A row contains the largest differences of high-precision results and of other results. The row
+    also names the computation with the largest difference of the other results.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -65,8 +65,8 @@ def rounding_angles(problem, true, cell, by_steps):
     """Return the largest attitude errors [rad] due to random and to aligned rounding errors.
 
     Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
-    all in one direction. A closed form does not accumulate rounding errors, so at a late time it is
-    as accurate as the initial values allow.
+    all in one direction. A closed form does not accumulate rounding errors, so at late times only
+    the rounding of the initial values matters.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0

@@ -150,7 +150,7 @@ def random_attitude(rng, near_pole):
 
 
 def random_lagrange(rng, number):
-    """Draw moments, lever arm and momentum over several decades, with either sign of gravity.
+    """Draw moments, lever arm and momentum from several decades, with either sign of gravity.
 
     Every second top starts at an angle of 1e-9 .. 1 rad from a pole.
     """

@@ -12,7 +12,7 @@ The order of the critical values changes across curves in the (g, h) plane. Thes
 plane into ten regions.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
-Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are those of
+Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are taken from
 Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4 (1994) 1535.
 """
 

@@ -1,6 +1,6 @@
 """The scenes of problems.json and the user's scenes, with their numbers as exact doubles.
 
-Every method and every reference solution starts from these doubles.
+All methods and reference solutions start from these doubles.
 """
 
 import json
@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top in its principal axes."""
+    """A top described in its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]

@@ -103,7 +103,7 @@ class Quadrature:
         return sign * sn, sign * cn, dn, n
 
     def third(self, x, a, b):
-        """Integrate dx / (a + b sn^2) from the start to x, where a > 0 and a + b > 0."""
+        """Integrate dx / (a + b sn^2) from the initial value to x, where a > 0 and a + b > 0."""
 
         def incomplete(s, c, d):
             s2 = s * s
@@ -185,10 +185,10 @@ class Lagrange:
         ]
 
     def _integrate_angle(self, x, weight, a, b, at_bottom):
-        """Integrate weight / (a + b sn^2) from the start to `x`.
+        """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
         If `weight` is zero, only jumps contribute: the angle changes by half a turn whenever the
-        axis passes through the pole. The integral counts the jumps after the start.
+        axis passes through the pole. Only jumps after the initial time count.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)

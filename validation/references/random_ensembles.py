@@ -70,7 +70,8 @@ def compute_truths(tops):
 def compute_conditioning(tops):
     """Return the angle by which initial rounding errors change the final attitude [rad].
 
-    A run in doubles may have an error of this size. The angle is larger for more chaotic tops.
+    A run in double precision may have an error of this magnitude. The angle is larger for more
+    chaotic tops.
     """
 
     def of(scene):

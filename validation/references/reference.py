@@ -42,7 +42,7 @@ LONG = 600.0  # runs over larger angles take more than a second in 128-bit arith
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile one integrator for all tops with this number of coefficients."""
+    """Compile one integrator for all tops with the given number of coefficients."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -73,7 +73,7 @@ def attitude_and_momentum(problem, form, t, q, s):
 def equivalent_sphere(problem):
     """Return a spherical top on which the torque of the given Lagrange top acts.
 
-    The axis of the spherical top moves like that of the Lagrange top.
+    The axis of the spherical top moves like the axis of the Lagrange top.
     """
     return replace(problem, inertia=problem.inertia[:1] * 3)
 

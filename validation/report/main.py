@@ -1,4 +1,4 @@
-"""The command that generates the report: an HTML page and its tables.
+"""The command that generates the report: an HTML page and tables.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """

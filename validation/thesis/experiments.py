@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and the quantities measured in them."""
+"""The experiments of chapter 6, and the quantities that they measure."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

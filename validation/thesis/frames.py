@@ -1,6 +1,6 @@
 """Pictures of cuboids with momentum and velocity, of rods and of traces.
 
-The pictures resemble those of Top Visualization, the program of the thesis.
+The pictures resemble those of Top Visualization, the program that accompanies the thesis.
 """
 
 from dataclasses import dataclass

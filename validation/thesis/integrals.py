@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """A fourth integral, and its change along a path computed by Extrap."""
+    """A fourth integral, and the change of this integral along a path computed by Extrap."""
 
     t: np.ndarray
     start: float
@@ -44,7 +44,7 @@ def measure_fourth_integral(kind):
 def compute_k_values():
     """Return {(C_B, units): initial value of K}.
 
-    The function H of the thesis has I1 = 1, and its unit of time is not specified.
+    The function H in the thesis has I1 = 1, and the unit of time is not specified.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -90,7 +90,7 @@ def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error of a frame whose velocity is updated once per interval [rad].
 
     M and P are exact, but in each interval the frame rotates with its initial angular velocity. The
-    thesis describes the error of this procedure.
+    thesis describes the error that this procedure causes.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

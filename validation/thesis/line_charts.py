@@ -59,7 +59,7 @@ def draw_scatter(groups, xlabel, ylabel):
 
 
 def draw_two_scales(t, left, right, labels, colours):
-    """Draw two quantities over the same time, each with its own vertical axis."""
+    """Draw two quantities against the same time, each with its own vertical axis."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
