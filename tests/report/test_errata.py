@@ -108,7 +108,7 @@ def test_inverse_and_derivative_do_not_commute():
 def test_restarts_do_not_reduce_the_accuracy_of_one_step_methods(words):
     """Check that restarts do not reduce the accuracy.
 
-    They would reduce that of a multi-step method.
+    Restarts would reduce the accuracy of a multi-step method.
     """
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)

@@ -56,7 +56,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a call that resets a run to the scene's initial state and advances the run by `end`."""
+    """Return a call that resets a run to the scene's start and advances the run by `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 
