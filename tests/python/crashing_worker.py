@@ -1,6 +1,6 @@
-"""Workers of a sweep that are killed while they compute a part.
+"""Sweep workers that are killed while they compute a part.
 
-Worker processes must import this module quickly, so it is separate from the tests.
+Worker processes must import this module quickly, so it is separate from the test modules.
 """
 
 import os
@@ -12,7 +12,7 @@ from kreisel._sweep.store import SweepStore
 
 
 def kill_once(flag, moment):
-    """Kill the worker of part 2 once, while it computes the part or before it stores it."""
+    """Kill the worker of part 2 once, during the computation or before the part is stored."""
 
     def end(*_):
         if not os.path.exists(flag):

@@ -1,12 +1,12 @@
 """A Taylor-series solution of the equations of motion in decimal arithmetic.
 
-The equations are those in the body frame. With the momentum M, the vertical P, the turning u of the
-support and the velocity w, seen from the principal axes, they are
+The equations of motion are written in the body frame. Along the principal axes, the momentum M,
+the vertical P, the angular velocity w and the angular velocity u of the support satisfy
 
     M' = M x w + (mass gravity + s) P x com - D (w - u),    P' = P x (w - u),    u' = u x (w - u)
 
-Here s is the part of a shaken support, mass times -amplitude rate^2 cos(rate t + phase). The
-solution shares no code with the library, and serves as a reference for the results of the library.
+Here s = -mass amplitude rate^2 cos(rate t + phase) is the contribution of a shaken support. The
+solution shares no code with the library and serves as a reference for the library's results.
 """
 
 import math
@@ -59,7 +59,7 @@ def cross(a, b, n):
 
 
 def cosine_and_sine(x):
-    """Return cosine and sine, with enough digits for the cancellation at angles up to 100."""
+    """Return the cosine and sine of an angle up to 100 rad, computed with extra digits."""
     sums, n = [Decimal(0), Decimal(0)], 0
     with localcontext() as context:
         context.prec = 3 * DIGITS
@@ -72,7 +72,7 @@ def cosine_and_sine(x):
 
 
 class Series:
-    """The motion of a scene, forward or backward from its start."""
+    """The motion of a scene, forward or backward in time from its initial state."""
 
     def __init__(self, scene):
         body = scene.body
@@ -89,7 +89,7 @@ class Series:
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
     def _pull(self):
-        """Return the Taylor coefficients of gravity as seen from the shaken support."""
+        """Return the Taylor coefficients of the effective gravity on the shaken support."""
         amplitude, rate, phase = self.shaking
         pull = [self.gravity] + [Decimal(0)] * ORDER
         if amplitude:
@@ -103,8 +103,8 @@ class Series:
     def _momentum_rates(self, m, w, p, v, n):
         """Return the n-th Taylor coefficients of the time derivative of the body momentum.
 
-        `w` is the velocity in the inertial frame, `v` the one relative to the support, and `p` the
-        vertical times gravity.
+        `w` is the angular velocity in the inertial frame, and `v` is relative to the support. `p`
+        is the vertical times gravity.
         """
         torque = []
         for i in range(3):
@@ -159,7 +159,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Advance to the time `t`, and return attitude and momentum in space as decimals."""
+        """Advance to the time `t`, and return decimal attitude and momentum in the space frame."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))
@@ -194,7 +194,7 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
 
 
 def decimal_error(scene, t, digits):
-    """Return the attitude error at the time `t` of the Taylor method with a number of digits."""
+    """Return the attitude error of the Taylor method at time `t`, for a given number of digits."""
     path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
     low = path.q_low[-1] if digits else (0, 0, 0, 0)
     return attitude_error(Series(scene).to(t)[0], path.q[-1], low)

@@ -29,12 +29,12 @@ def random_ensemble(n, seed=1):
 
 
 def same(one, other):
-    """Return True if two results are equal bit by bit."""
+    """Return True if two results are bitwise equal."""
     return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
 
 
 def same_path(one, other, events=False):
-    """Return True if two paths are equal bit by bit and have the same options."""
+    """Return True if two paths are bitwise equal and have the same options."""
     words = "method", "step", "tol", "digits", "want"
     alike = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)

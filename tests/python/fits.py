@@ -43,7 +43,7 @@ def tip(seed=0, n=200, end=4.0, sigma=0.005):
 
 
 def ratios(scene):
-    """Return the ratios of moments and lever that a gyroscope determines."""
+    """Return the ratios of moments and weight torques that a gyroscope record determines."""
     moments, com = np.array(scene.body.moments), np.array(scene.body.com)
     weight = scene.body.mass * scene.gravity
     return np.concatenate((moments[:2], com * weight)) / moments[2]

@@ -1,7 +1,7 @@
-"""Scenes with moving supports and friction, and their motion by SciPy.
+"""Scenes with moving supports and friction, and their motion computed by SciPy.
 
-The motion is integrated in space, from the equations in docs/theory/supports.md. The integration
-uses only the numerical attributes of scenes.
+The equations of docs/theory/supports.md are integrated in the space frame. The integration uses
+only the numerical attributes of scenes.
 """
 
 import kreisel as kr
@@ -31,8 +31,10 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return calls that raise an error for moving supports and friction; `path` is a path of
-    `scene`."""
+    """Return calls that raise an error for moving supports and friction.
+
+    `path` is a path of `scene`.
+    """
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),
@@ -46,7 +48,7 @@ def list_unsupported_calls(scene, path):
 
 
 class Motion:
-    """The equations of motion in space, for y = attitude and momentum."""
+    """The equations of motion in the space frame, for the state y = (attitude, momentum)."""
 
     def __init__(self, scene):
         body = scene.body
@@ -59,12 +61,12 @@ class Motion:
         self.apex = self.com / reach if reach else axes[2]
 
     def see_from_body(self, y):
-        """Return the momentum and the turning of the support, seen from the body."""
+        """Return the momentum and the support's angular velocity in the body frame."""
         q = tuple(y[:4])
         return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
 
     def relative(self, y):
-        """Return the angular velocity relative to the support, seen from the body."""
+        """Return the angular velocity relative to the support, in the body frame."""
         own, turning = self.see_from_body(y)
         return self.inverse @ (own - self.rotor) - turning
 
@@ -72,21 +74,21 @@ class Motion:
         return self.relative(y) @ self.apex
 
     def torque(self, t, y):
-        """Return the torque without friction, seen from the body."""
+        """Return the torque without friction, in the body frame."""
         amplitude, rate, phase = self.scene.shaking
         pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
         return self.scene.body.mass * pull * np.cross(up, self.com) - self.drag @ self.relative(y)
 
     def find_holding(self, t, y):
-        """Return the friction that keeps the spin constant."""
+        """Return the friction torque that keeps the spin constant."""
         (own, turning), relative = self.see_from_body(y), self.relative(y)
         change = self.torque(t, y) - np.cross(relative + turning, own)
         change = self.inverse @ change - np.cross(turning, relative)
         return -(self.apex @ change) / (self.apex @ self.inverse @ self.apex)
 
     def rates(self, t, y, friction):
-        """Return y' for a friction, the torque about the apex."""
+        """Return y' for a given friction torque about the apex."""
         q = tuple(y[:4])
         torque = np.array(turn(q, tuple(self.torque(t, y) + friction * self.apex)))
         torque -= np.cross(self.scene.turning, y[4:])
@@ -94,7 +96,7 @@ class Motion:
 
 
 def integrate_with_stops(scene, end):
-    """Return the attitude and momentum at `end`, and the times at which friction changed."""
+    """Return the attitude and momentum at `end`, and the times of changes between slip and rest."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     motion, friction = Motion(scene), scene.friction
     y, t, stops = np.array([*scene.attitude, *scene.momentum]), 0.0, []
@@ -132,7 +134,7 @@ def integrate(scene, t):
 
 
 def compare_methods(scene, end, fewest):
-    """Compare every method that suits the scene with SciPy."""
+    """Compare the results of every method that supports the scene with SciPy."""
     q, m = integrate(scene, end)
     tolerance = {0: 3e-9, 1: 0.03, 2: 3e-5, 4: 1e-8, 6: 1e-9, 8: 1e-9}
     suited = [method for method in kr.methods.values() if method.suits(scene)]
@@ -151,7 +153,7 @@ def integral_of(values, t):
 
 
 def check_members(tops, t, **options):
-    """Check that the members of an ensemble are bitwise equal to single tops."""
+    """Check that each member of an ensemble is bitwise equal to a single solve."""
     paths = kr.solve(tops, t, "taylor", **options)
     assert not paths.status.any()
     for i, path in enumerate(paths):
@@ -161,8 +163,7 @@ def check_members(tops, t, **options):
 
 
 def check_resumed(scene, words, t=(0.7, 1.6)):
-    """Check that runs and streams equal the result of solve, and that resumed runs are bitwise
-    equal."""
+    """Check that runs and streams agree with solve, and that resumed runs are bitwise equal."""
     for options in words:
         run, first = kr.start(scene, **options), t[0]
         run.to([first])
@@ -179,7 +180,8 @@ def check_resumed(scene, words, t=(0.7, 1.6)):
 def compare_tangents(scene, end, columns, digits=16, step=1e-6):
     """Compare derivatives with central differences.
 
-    `columns` are pairs (name of the tangent, functions of a small number that return scenes).
+    `columns` lists pairs (tangent name, function). The function maps a small change to the changed
+    scene.
     """
     names = tuple(dict.fromkeys(name for name, _ in columns))
     path = kr.solve(scene, [0.0, end], "taylor", tangents=names, digits=digits)
@@ -195,7 +197,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return the columns of `compare_tangents` for the components of a parameter of Scene."""
+    """Return the columns of `compare_tangents` for each component of a parameter of Scene."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

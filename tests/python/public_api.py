@@ -34,7 +34,7 @@ def sweep_reader(folder):
 
 
 def run(scene, method="auto", **more):
-    """Return a function that starts a new run, because each call advances the run that it uses."""
+    """Return a function that starts a new run, because each call would advance a shared run."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 
@@ -96,7 +96,7 @@ RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in
 
 
 def calls():
-    """Return a dictionary from the name of each callable to its factories and its parameters."""
+    """Return {name of the callable: (factories of the callable, parameters)}."""
     found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
@@ -133,7 +133,10 @@ def members(cls):
 
 
 def member(cls, name, found):
-    """Return a factory of a bound method and its parameters. For a property, return its getter."""
+    """Return a factory that creates a bound method, and the parameters of the method.
+
+    For a property, the method is its getter.
+    """
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):

@@ -23,7 +23,7 @@ def list_columns():
 
 
 def change_number(scene, name, component, by):
-    """Return the bytes of `scene` with one changed number, and the low words of its start."""
+    """Return the scene block with one changed number, and the low words of its initial state."""
     numbers = np.frombuffer(scene._block, dtype=float).copy()
     low = np.zeros(8)
     if name != "start":
@@ -36,9 +36,10 @@ def change_number(scene, name, component, by):
 
 
 def turn_attitude(q, axis, angle):
-    """Return the attitude `q`, rotated about an axis of the body, as high and low words.
+    """Return the attitude `q` rotated about a body axis, as high and low words.
 
-    The angle is that of the rational rotation 1 + angle/2 e, up to its cube.
+    The rotation is that of the quaternion 1 + (angle / 2) e, where e is a body axis. Its angle
+    equals `angle` up to terms of third order.
     """
     with localcontext() as context:
         context.prec = 50
@@ -59,7 +60,7 @@ def turn_attitude(q, axis, angle):
 
 
 def states_of(block, low, times):
-    """Return the states (n, 8) of a scene at `times`, and their low words, with 30 digits."""
+    """Return the states (n, 8) of a scene at `times` and their low words, with 30 digits."""
     status, states, rest, *_ = record(
         block, "taylor", 0.0, 0.0, 30, 0, False, np.array(times), low=low if low.any() else None
     )

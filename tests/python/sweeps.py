@@ -26,12 +26,15 @@ SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExce
 
 
 def run_sweep(to, words=REDUCED, source=SOURCE, **more):
-    """Run a sweep in the folder `to`, with the options `words` and `more`."""
+    """Run a sweep in the folder `to` with the options `words` and `more`."""
     return kr.sweep(source, folder=to, **words, **more)
 
 
 def hash_rows(folder):
-    """Return a hash of all rows sorted by top. How files divide the rows does not matter."""
+    """Return a hash of all rows sorted by top.
+
+    The hash does not depend on how the rows are divided among files.
+    """
     files = sorted(Path(folder).glob("*.parquet"), reverse=True)
     tables = [parquet.read_table(file, partitioning=None) for file in files]
     rows = sorted(
@@ -41,7 +44,7 @@ def hash_rows(folder):
 
 
 def hex_doubles(value):
-    """Return `value` with its doubles written in hexadecimal, so that every bit is visible."""
+    """Return `value` with its doubles in hexadecimal, so that every bit is visible."""
     if isinstance(value, list):
         return tuple(map(hex_doubles, value))
     return value.hex() if isinstance(value, float) else value

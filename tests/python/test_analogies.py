@@ -1,4 +1,4 @@
-"""Rods, traces of the apex and scaled units."""
+"""Elastic rods, traces of the apex, and scaled units."""
 
 import kreisel as kr
 import numpy as np
@@ -38,7 +38,7 @@ def slope(values, t):
     return (8 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12 * h)
 
 
-def test_the_rod_bends_and_twists_as_it_says(path):
+def test_curvature_and_twist_of_the_rod_match_its_centre_line(path):
     rod = kr.rod(path)
     n, b, t = rod.frame.transpose(1, 0, 2)
     assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
@@ -54,14 +54,14 @@ def test_the_rod_bends_and_twists_as_it_says(path):
     )
 
 
-def test_the_centre_line_is_of_fourth_order():
+def test_the_centre_line_converges_at_fourth_order():
     fine, coarse = (kr.rod(path_of(kr.scenes.thesis, 20.0, n)).centre[-1] for n in (4001, 126))
     middle = kr.rod(path_of(kr.scenes.thesis, 20.0, 251)).centre[-1]
     ratio = np.linalg.norm(coarse - fine) / np.linalg.norm(middle - fine)
     assert 12 < ratio < 20
 
 
-def test_the_body_says_what_section_its_rod_has():
+def test_the_rod_section_follows_from_the_body():
     for name, isotropic, section in [
         ("thesis", True, (1, 1)),
         ("kowalewski", False, (1, 0.5**0.5)),
@@ -73,7 +73,7 @@ def test_the_body_says_what_section_its_rod_has():
 
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
-    """Check Kowalewski tops whose centre of mass is anywhere in the plane of the equal moments."""
+    """Check Kowalewski tops with the centre of mass anywhere in the plane of the equal moments."""
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
@@ -81,7 +81,7 @@ def test_an_axis_between_equal_moments_is_a_principal_axis_too():
     assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
 
 
-def test_no_rod_for_a_centre_of_mass_off_the_axes():
+def test_a_centre_of_mass_off_the_axes_has_no_rod():
     with pytest.raises(
         ValueError,
         match=r"no rod for this top, because its centre of mass, .*, lies on none of them",
@@ -90,10 +90,10 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
 
 
 def nutation_by_quadrature(scene, n=400):
-    """Return the lowest and highest height, the period and the precession, by quadrature.
+    """Return the extreme heights of the apex, the period and the precession, by quadrature.
 
     The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v and c are
-    the vertical and the axial momentum, and h is the energy minus the energy of the spin.
+    the vertical and the axial momentum, and h is the energy without the spin's energy.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
@@ -118,7 +118,7 @@ def nutation_by_quadrature(scene, n=400):
     ],
     ids=["cusps", "cuboid"],
 )
-def test_nutation_and_precession_are_those_of_the_closed_form(scene):
+def test_nutation_and_precession_agree_with_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
     low, high, period, precession = nutation_by_quadrature(scene)
     want = np.arccos(high), np.arccos(low), period, precession
@@ -127,7 +127,7 @@ def test_nutation_and_precession_are_those_of_the_closed_form(scene):
         assert read == pytest.approx(want, rel=accuracy, abs=accuracy)
 
 
-def test_of_twelve_states_in_a_nutation_those_on_both_sides_of_a_turn_tell_when_it_is():
+def test_turning_points_are_interpolated_from_twelve_states_per_nutation():
     period = kr.exact(kr.scenes.cusps).period
     read = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()
     assert read.period == pytest.approx(period, rel=5e-6)
@@ -141,7 +141,7 @@ FREE = kr.Scene(
 )
 
 
-def test_the_trace_is_the_way_of_the_apex():
+def test_the_trace_is_the_curve_of_the_apex():
     path = path_of(kr.scenes.cusps, 8.0, 801)
     trace = kr.apex(path)
     assert np.array_equal(trace.trace, path.apex)
@@ -154,7 +154,7 @@ def test_steady_precession_has_no_nutation():
     assert np.isnan(nutation.period) and nutation.precession == pytest.approx(1.0, rel=1e-11)
 
 
-def test_nutation_is_refused_where_there_is_none():
+def test_nutation_is_refused_for_motions_without_nutation():
     with pytest.raises(ValueError, match="defined for Lagrange tops"):
         kr.apex(kr.solve(kr.scenes.kowalewski, [0, 1])).nutation()
     with pytest.raises(ValueError, match="1 lowest points in this path, but two are needed"):
@@ -175,7 +175,7 @@ def test_nutation_is_refused_between_states_too_far_apart(scene):
     assert read.period == pytest.approx(period, rel=1e-2)
 
 
-def test_nutation_of_a_damped_top_is_measured_too():
+def test_nutation_of_a_damped_top_is_measured():
     scene = kr.scenes.cusps.replace(damping=(1e-9, 1e-9, 1e-9))
     read = kr.apex(kr.solve(scene, np.linspace(0, 10, 2001))).nutation()
     assert read.period == pytest.approx(kr.exact(kr.scenes.cusps).period, rel=1e-6)
@@ -202,7 +202,7 @@ def test_rods_are_drawn():
 # Boundary values
 
 
-def test_a_path_of_two_lowest_points_has_a_nutation():
+def test_a_path_with_two_lowest_points_has_a_nutation():
     closed = kr.exact(kr.scenes.thesis)
     period = closed.period
     begin = closed.t_greatest + 0.9 * period
@@ -213,7 +213,7 @@ def test_a_path_of_two_lowest_points_has_a_nutation():
         kr.apex(short).nutation()
 
 
-def test_rods_tell_what_they_are():
+def test_rods_have_a_repr():
     rod = kr.rod(kr.solve(kr.scenes.thesis, np.linspace(0, 1, 20)))
     assert repr(rod).startswith("<kreisel.Rod: isotropic, 20 frames")
     general = kr.rod(kr.solve(kr.scenes.kowalewski, np.linspace(0, 1, 20)))

@@ -149,7 +149,7 @@ def use_result(result):
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_any_call_ends_with_a_result_or_a_refusal(name):
+def test_every_call_returns_or_raises_a_documented_exception(name):
     makes, parameters = CALLS[name]
 
     @EXAMPLES
@@ -173,7 +173,7 @@ def test_any_call_ends_with_a_result_or_a_refusal(name):
     check_call()
 
 
-def test_no_name_is_forgotten():
+def test_every_public_name_is_tested():
     names = {name for name in kr.__all__ if inspect.isroutine(getattr(kr, name))}
     classes = {name for name in kr.__all__ if inspect.isclass(getattr(kr, name))}
     assert names | classes <= {name.partition(".")[0] for name in CALLS} | {"Nutation", "Stats"}
@@ -186,14 +186,14 @@ def test_no_name_is_forgotten():
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_each_word_has_values_that_are_right(name):
+def test_every_parameter_has_valid_values(name):
     for p in CALLS[name][1]:
         kind = WORDS.get(p.name, [p.name]) if p.kind is p.VAR_KEYWORD else [p.name]
         assert all(right(name, word) for word in kind)
 
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
-def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
+def test_records_with_invalid_fields_do_not_crash(cls):
     """A record with an invalid field may raise any exception, but the process must not crash."""
 
     @EXAMPLES

@@ -46,16 +46,16 @@ WITH_UNIT = np.array([1.0, 2.0, 3.0]).view(Metres)
         lambda: kr.attitude_error(np.ma.array(np.eye(4), mask=np.eye(4)), TOP.attitude),
     ],
 )
-def test_what_is_refused_is_refused_as_bad_input(call):
+def test_invalid_input_raises_type_or_value_error(call):
     with pytest.raises((TypeError, ValueError)):
         call()
 
 
-def test_a_step_of_few_bits_is_a_step():
+def test_a_half_precision_step_is_valid():
     assert kr.view(TOP, step=np.float16(2), open=False)
 
 
-def test_a_message_names_the_place_and_not_the_whole_array():
+def test_messages_name_the_index_instead_of_the_whole_array():
     times = np.arange(100_000.0)
     times[777] = np.nan
     with pytest.raises(ValueError, match=r"not t\[777\] = nan") as refused:
@@ -67,14 +67,14 @@ def test_a_message_names_the_place_and_not_the_whole_array():
 
 
 @pytest.mark.parametrize("i", [3, -4, 2**63])
-def test_a_path_has_no_scene_at_a_state_that_it_has_not(i):
+def test_scene_at_a_missing_state_raises_index_error(i):
     path = kr.solve(TOP, [0, 1, 2])
     assert path.scene_at(np.int8(-1)) == path.end
     with pytest.raises(IndexError, match="a path of 3 states has no state of index"):
         path.scene_at(i)
 
 
-def test_unknown_names_are_told_in_short():
+def test_unknown_names_are_abbreviated_in_messages():
     with pytest.raises(AttributeError, match="a path has no 'xxx") as refused:
         getattr(kr.solve(TOP, []), "x" * 10_000)
     assert len(str(refused.value)) < 1000

@@ -9,7 +9,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """Return a path of a million steps, after checking that its momenta stay within bounds."""
+    """Return a path of a million steps whose momenta were checked to stay within bounds."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
@@ -19,7 +19,7 @@ def million_steps(method, step, gravity, within=1e-12):
 
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
-def test_bobenko_suris_keeps_its_integrals(step, gravity):
+def test_bobenko_suris_conserves_its_integrals(step, gravity):
     path = million_steps("bobenko_suris", step, gravity)
     size = np.abs(path.kinetic + path.potential).max()
     assert np.ptp(path.modified_energy(step)) < 1e-11 * size
@@ -28,7 +28,7 @@ def test_bobenko_suris_keeps_its_integrals(step, gravity):
 
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
-def test_bobenko_suris2_keeps_its_integrals(step, gravity):
+def test_bobenko_suris2_conserves_its_integrals(step, gravity):
     path = million_steps("bobenko_suris2", step, gravity)
     modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
         8 * path.scene.body.moments[0]
@@ -39,7 +39,7 @@ def test_bobenko_suris2_keeps_its_integrals(step, gravity):
 
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.05, 0.2])
-def test_bobenko_suris4_keeps_its_integrals(step, gravity):
+def test_bobenko_suris4_conserves_its_integrals(step, gravity):
     path = million_steps("bobenko_suris4", step, gravity, within=7e-12)
     size = np.abs(path.energy).max()
     assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
@@ -47,7 +47,7 @@ def test_bobenko_suris4_keeps_its_integrals(step, gravity):
 
 
 @pytest.mark.parametrize("step, times", [(1 / 5, 140), (1 / 20, 2500), (1 / 160, 1e5)])
-def test_bobenko_suris4_is_so_many_times_as_accurate(step, times):
+def test_bobenko_suris4_is_more_accurate_than_bobenko_suris(step, times):
     top = kr.scenes.thesis
     at = np.linspace(90, 100, 11)
     truth = kr.solve(top, at, method="exact").q
@@ -66,7 +66,7 @@ def test_bobenko_suris4_refuses_steps_without_rates():
     assert np.isnan(kr.solve(top, [0.0]).modified_energy4(1.2)).all()
 
 
-def test_bobenko_suris4_is_right_for_fast_tops():
+def test_bobenko_suris4_is_accurate_for_fast_tops():
     top = kr.Scene(BODIES["lagrange"], momentum=(0.5, 0.0, 200.0), attitude=TILT)
     truth = kr.solve(top, 10, method="takahashi_imada4", step=0.001)
     assert (
@@ -87,7 +87,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """Check the rotation angle of a fast upright top, which the Cayley map alone makes wrong."""
+    """Check the rotation angle of a fast upright top, which the Cayley map alone gets wrong."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

@@ -60,7 +60,7 @@ MAKERS = {  # constructors of all members, and of the member at (i, j) and its p
 
 
 def assert_same(bodies, index, body):
-    """Assert that a member, and its values in each column, equal those of `body` bit by bit."""
+    """Assert that a member of `bodies` and its value in each column are bitwise equal to `body`."""
     assert bodies[index] == body and bodies[index]._block == body._block
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com
@@ -72,7 +72,7 @@ def assert_same(bodies, index, body):
 @pytest.mark.filterwarnings("ignore:.*no body has this inertia")
 @pytest.mark.parametrize("pivots", [ON_AXIS, SOME], ids=["on the axis", "anywhere"])
 @pytest.mark.parametrize("name", MAKERS)
-def test_a_member_has_the_bits_of_the_single_maker(name, pivots):
+def test_members_equal_single_bodies_bitwise(name, pivots):
     bodies, words = MAKERS[name](pivots)
     assert bodies.shape == (4, 3)
     for i, j in np.ndindex(4, 3):
@@ -86,7 +86,7 @@ def test_a_member_has_the_bits_of_the_single_maker(name, pivots):
 @pytest.mark.parametrize(
     "inertia", [MATRICES, MATRICES[0], (2.0, 2.5, 3.0), RNG.uniform(2, 3, (4, 1, 3))]
 )
-def test_bodies_take_matrices_and_moments(word, inertia):
+def test_bodies_accept_matrices_and_moments(word, inertia):
     bodies = kr.Bodies(H, com=0.1 * SOME, **{word: inertia})
     value = 2 if np.shape(inertia)[-2:] == (3, 3) else 1
     lead = np.shape(inertia)[:-value]
@@ -96,14 +96,14 @@ def test_bodies_take_matrices_and_moments(word, inertia):
         assert_same(bodies, index, one)
 
 
-def test_a_rod_is_a_body_off_its_line_only():
+def test_a_rod_is_a_body_only_off_its_own_line():
     bodies = kr.Bodies.rod([1, 2], [(1, 0, 0), (0, 2, 1)], mass=3)
     assert_same(bodies, 1, kr.Body.rod(2, (0, 2, 1), mass=3))
     with pytest.raises(ValueError, match=r"body\[1\]: a thin rod whose fixed point lies on its"):
         kr.Bodies.rod(1, [(1, 0, 0), (0, 0, 2)], mass=3)
 
 
-def test_the_moments_of_three_bodies_are_no_matrix():
+def test_moments_of_three_bodies_are_not_taken_for_a_matrix():
     three = kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)
     assert three.inertia.shape == (3, 3) and three[2].moments == (2, 2, 3)
     with pytest.raises(ValueError, match="three bodies by their moments, pass three matrices"):
@@ -112,7 +112,7 @@ def test_the_moments_of_three_bodies_are_no_matrix():
         kr.Bodies(1, [(1, 2, 2), (2, 1, 2), (2, 2, 1)], (0, 0, 0))
 
 
-def test_what_they_share_is_held_once():
+def test_shared_values_are_stored_once():
     n = 10**5
     bodies = kr.Bodies.symmetric(1.0, i1=np.linspace(2, 3, n), i3=1.0, height=0.5)
     assert bodies.mass.strides == (0,) and bodies.com.strides[0] == 0
@@ -120,7 +120,7 @@ def test_what_they_share_is_held_once():
     assert not any(x.flags.writeable for x in (bodies.mass, bodies.inertia, bodies.unphysical))
 
 
-def test_parts_are_bodies_and_equal_where_the_members_are():
+def test_slices_are_bodies_and_compare_by_members():
     bodies = kr.Bodies.cylinder(R, H, SOME, mass=2)
     assert bodies[1:, 2][0] == bodies[1, 2] and bodies.ravel()[7] == bodies[2, 1]
     assert bodies[[3, 0]][1, 1] == bodies[0, 1] and pickle.loads(pickle.dumps(bodies)) == bodies
@@ -131,7 +131,7 @@ def test_parts_are_bodies_and_equal_where_the_members_are():
         bodies.shape = (12,)
 
 
-def test_a_warning_says_which_and_how_many():
+def test_the_warning_names_the_first_and_counts_the_others():
     with pytest.warns(UserWarning, match=r"body\[1\] \(and 1 more\): no body has this inertia"):
         odd = kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3), (0, 3, 0)])
     assert odd.unphysical.tolist() == [False, True, True] and odd[2].unphysical
@@ -174,7 +174,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("said", REFUSED)
-def test_the_first_that_is_no_body_is_named(said):
+def test_the_first_invalid_body_is_named(said):
     with pytest.raises(ValueError, match=said):
         REFUSED[said]()
 
@@ -186,7 +186,7 @@ def test_other_types_are_refused():
         kr.Bodies(1, (1, 1, 1), (0, 0, 0), unphysical=[1, 0])
 
 
-def test_the_core_takes_columns_of_its_own_shape_only():
+def test_the_core_accepts_only_columns_of_matching_shape():
     numbers = [np.ones(2), np.ones((2, 3)), np.ones((2, 3)), np.zeros(2), np.zeros((2, 3))]
     assert core.bodies((2,), numbers, False)[0] == "OK"
     for k, odd in enumerate([np.ones(3), np.ones((2, 4)), np.ones((2, 3), np.float32), 1j]):
@@ -199,7 +199,7 @@ def test_the_core_takes_columns_of_its_own_shape_only():
 # Boundary values
 
 
-def test_a_row_of_bodies_is_spread_over_a_grid():
+def test_a_row_of_bodies_is_broadcast_over_a_grid():
     bodies = kr.Ensemble.of([[TOP, FREE, THESIS]]).body
     grid = bodies._broadcast_to((2, 3))
     assert bodies._broadcast_to((1, 3)) is bodies
@@ -207,7 +207,7 @@ def test_a_row_of_bodies_is_spread_over_a_grid():
     assert np.array_equal(grid.com[:1], bodies.com)
 
 
-def test_a_tensor_of_zeros_is_symmetric_but_no_body():
+def test_a_zero_tensor_is_refused():
     zeros = np.zeros((2, 3, 3))
     with pytest.raises(ValueError, match=r"0\.0 is not positive"):
         kr.Body(mass=1.0, inertia=zeros[0], com=(0.0, 0.0, 0.0))

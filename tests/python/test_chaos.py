@@ -11,7 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """Return the growth rate of a tangent after the transients, over a whole number of periods."""
+    """Return the growth rate of a tangent after transients, over a whole number of periods."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)
@@ -21,7 +21,7 @@ def slope(scene, rate, period=None):
     return (last - first) / (t[1] - t[0])
 
 
-def test_a_sleeping_top_that_is_too_slow_falls_at_the_rate_of_the_formula():
+def test_an_unstable_sleeping_top_falls_at_the_rate_of_the_formula():
     body = kr.Body(mass=1.3, inertia=(2.0, 2.0, 0.7), com=(0.0, 0.0, 0.8))
     for spin in (0.0, 1.1, 3.9):
         scene = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, 0.7 * spin), gravity=1.7)
@@ -68,7 +68,7 @@ def test_the_fastest_sleeping_tops_are_regular():
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("moments", [(1.11, 0.9375, 0.996), (1.0, 1.5, 2.0), (2.0, 1.0, 1.6)])
-def test_free_bodies_about_principal_axes_grow_as_the_formula_says(moments, axis):
+def test_tangents_of_permanent_rotations_grow_as_the_formula_predicts(moments, axis):
     own, one, other = np.roll(moments, -axis)
     square = 1.25**2 * (own - one) * (other - own) / (one * other)
     turns = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5))
@@ -88,7 +88,7 @@ def test_free_bodies_about_principal_axes_grow_as_the_formula_says(moments, axis
                 assert_regular(scene, sign * 1000.0)
 
 
-def test_many_times_inside_a_long_step_give_the_numbers_of_one():
+def test_many_times_within_a_long_step_do_not_change_the_exponent():
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     tops = kr.Ensemble(body, velocity=[(0.0, 0.0, s) for s in (3.0, 50.0, 400.0)], gravity=1.0)
     curve = kr.lyapunov(tops, np.linspace(0.1, 20.0, 200))
@@ -97,7 +97,7 @@ def test_many_times_inside_a_long_step_give_the_numbers_of_one():
         assert alone.value == curve.value[i] and curve.status[i] == "OK"
 
 
-def test_staude_rotations_are_left_at_the_rate_of_their_biquadratic():
+def test_staude_rotations_diverge_at_the_rate_of_their_biquadratic():
     one, two, three, height = 1.0, 1.6, 2.1, 0.5
     body = kr.Body(mass=1.0, inertia=(one, two, three), com=(0.0, 0.0, height))
     for spin in (0.4, 0.9):
@@ -113,7 +113,7 @@ def test_staude_rotations_are_left_at_the_rate_of_their_biquadratic():
         assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
 
 
-def test_the_exponent_is_that_of_the_tangents_of_a_path():
+def test_the_exponent_agrees_with_the_tangents_of_a_path():
     scene, t = kr.scenes.asymmetric, [20.0, 60.0]
     path = kr.solve(scene, t, tangents="start", digits=20)
     size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
@@ -123,7 +123,7 @@ def test_the_exponent_is_that_of_the_tangents_of_a_path():
     assert np.all(back.curve > 0.1) and back.certificate < 1e-12
 
 
-def test_order_is_told_from_chaos():
+def test_indicators_separate_order_from_chaos():
     rng = np.random.default_rng(5)
     q = rng.standard_normal((24, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
@@ -143,14 +143,14 @@ def test_order_is_told_from_chaos():
     assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
 
 
-def test_megno_of_ordered_tops_is_two_up_to_one_over_the_time():
+def test_megno_of_regular_tops_is_two_up_to_one_over_the_time():
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric_regular):
         told = kr.megno(scene, [300.0, 1e3, 3e3])
         away = np.abs(told.curve - 2.0) * told.t
         assert np.all(away < 100.0 * np.log(told.t)), away
 
 
-def test_a_top_has_its_own_numbers_whatever_goes_beside_it():
+def test_the_indicators_of_a_top_do_not_depend_on_the_ensemble():
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.1, 1.0, 37))
     together = kr.lyapunov(tops, [5.0, 50.0], threads=2)
     for i in (0, 17, 36):
@@ -166,7 +166,7 @@ def test_a_top_has_its_own_numbers_whatever_goes_beside_it():
     assert kr.lyapunov(doubled, [25.0]).value == 2.0 * kr.lyapunov(single, [50.0]).value
 
 
-def test_directions_are_taken_as_they_are_given():
+def test_directions_are_used_as_given_up_to_length():
     scene = kr.scenes.asymmetric
     one = kr.lyapunov(scene, [10.0], direction=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     same = kr.lyapunov(scene, [10.0], direction=[0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
@@ -180,7 +180,7 @@ def test_directions_are_taken_as_they_are_given():
             kr.lyapunov(scene, 5.0, direction=known)
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_arguments_are_refused():
     scene = kr.scenes.asymmetric
     for wrong, said in (
         ({"t": 0.0}, "without 0 itself"),
@@ -208,7 +208,7 @@ def test_what_cannot_be_is_refused():
 
 
 @pytest.mark.parametrize("verb", [kr.lyapunov, kr.megno, kr.oli])
-def test_of_no_tops_there_are_no_indicators(verb):
+def test_empty_ensembles_give_empty_indicators(verb):
     none = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
     assert none.curve.shape == (0, len(none.t)) and none.value.shape == (0,)
     assert none.certificate.shape == none.status.shape == (0,) and "0 tops" in repr(none)
@@ -217,7 +217,7 @@ def test_of_no_tops_there_are_no_indicators(verb):
 # Boundary values
 
 
-def test_the_curve_of_a_number_has_three_decades():
+def test_a_single_time_gives_a_curve_over_three_decades():
     told = chaos._parse_times(20.0)
     assert told.size == 32 and told[-1] == 20.0 and told[0] == pytest.approx(0.02, rel=1e-12)
     np.testing.assert_allclose(told[1:] / told[:-1], 10 ** (3 / 31), rtol=1e-12)
@@ -225,7 +225,7 @@ def test_the_curve_of_a_number_has_three_decades():
     assert chaos._parse_times([1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
-def test_a_curve_of_a_number_ends_as_that_of_a_list():
+def test_curves_of_a_number_and_of_a_list_have_the_same_end():
     told, last = kr.lyapunov(TOP, 20.0), kr.lyapunov(TOP, [20.0])
     assert told.value == last.value and last.curve.shape == (1,)
     assert told.certificate.shape == told.status.shape == ()

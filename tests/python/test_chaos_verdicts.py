@@ -19,7 +19,7 @@ INTEGRABLE = {
 
 
 @pytest.mark.parametrize("indicate", INDICATORS)
-def test_known_tops_have_the_known_verdict(indicate):
+def test_known_tops_have_the_expected_verdict(indicate):
     for name in ("thesis", "kowalewski", "goryachev_chaplygin", "asymmetric_regular", "cusps"):
         told = indicate(kr.scenes.get_scene(name), 3000)
         assert told.is_chaotic is False and told.doubt == "" and told.is_doubtful is False, name
@@ -31,7 +31,7 @@ def test_known_tops_have_the_known_verdict(indicate):
 
 @pytest.mark.parametrize("name", INTEGRABLE)
 def test_no_integrable_top_is_called_chaotic(name):
-    """Check random tops of bodies whose motion is integrable, so that none of them is chaotic."""
+    """Check that random integrable tops are never classified as chaotic."""
     q, m = random_starts(24, 5)
     m[:, 2] *= name != "goryachev_chaplygin"  # integrable only without vertical momentum
     told = kr.megno(kr.Ensemble(INTEGRABLE[name], momentum=m, attitude=q), [3000.0])
@@ -52,15 +52,15 @@ def test_all_indicators_give_the_same_verdict():
     assert repr(megno).endswith(f"9 tops at t = 700; {both}")
 
 
-def test_a_motion_without_stability_counts_as_chaotic():
-    """Check a sleeping top that is too slow: it is integrable, but its exponent is positive."""
+def test_an_unstable_integrable_motion_counts_as_chaotic():
+    """Check an unstable sleeping top: the motion is integrable, but its exponent is positive."""
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     scene = kr.Scene(body, velocity=(0.0, 0.0, 0.1), gravity=1.0)
     told = kr.megno(scene, 1000.0)
     assert told.is_chaotic and told.doubt == ""
 
 
-def test_each_doubt_has_its_reason():
+def test_every_doubtful_verdict_has_a_reason():
     short = kr.oli(kr.scenes.thesis, 100.0)
     assert short.doubt == "under 100 turns" and short.is_doubtful and not short.is_chaotic
     assert short.turns < 100.0 and "regular, in doubt: under 100 turns>" in repr(short)
@@ -74,12 +74,12 @@ def test_each_doubt_has_its_reason():
     assert told.is_doubtful.tolist() == [False, True]
 
 
-def test_a_chaotic_top_needs_no_hundred_turns():
+def test_chaos_is_detected_within_a_hundred_turns():
     told = kr.megno(TOP, 400.0)
     assert told.turns < 100.0 and told.final_megno > 8.0 and told.doubt == ""
 
 
-def test_turns_are_counted_in_the_time_scale_of_the_top():
+def test_turns_are_counted_in_the_tops_own_time_scale():
     scene = kr.Scene(kr.Body(2.0, (3.0, 4.0, 5.0), (0, 0, 0)), momentum=(0.0, 0.0, 10.0))
     assert kr.megno(scene, [-50.0]).turns == pytest.approx(50.0 / np.pi, rel=1e-14)
     hanging = kr.Scene(kr.Body(2.0, (3.0, 4.0, 5.0), (0, 0, 0.7)), momentum=(0.1, 0, 0), gravity=9)
@@ -108,7 +108,7 @@ def test_tables_have_a_row_for_each_top():
     assert np.array_equal(frame["lyapunov"], told.value.ravel())
 
 
-def test_tables_of_one_top_and_of_none():
+def test_tables_of_one_top_and_of_no_top():
     pytest.importorskip("pandas")
     pytest.importorskip("xarray")
     one, none = kr.megno(TOP, 10.0), kr.megno(TOP.scatter(3, momentum=0.1)[:0], 10.0)

@@ -1,4 +1,4 @@
-"""Commands of the command line and their output."""
+"""The commands of the command line and their output."""
 
 import csv
 import importlib
@@ -37,7 +37,7 @@ def test_solve_writes_all_digits(tmp_path):
         assert np.array_equal(saved["m"], path.m) and str(saved["scene"]) == SCENE.to_toml()
 
 
-def test_solve_tells_json_all_that_made_the_path():
+def test_solve_json_contains_everything_that_determines_the_path():
     path = kr.solve(SCENE, [0, 0.5, 1], "taylor", digits=20)
     told = json.loads(call("solve - --t 0,0.5,1 --digits 20 --json -", given=SCENE.to_toml()))
     assert told["scene"] == tomllib.loads(SCENE.to_toml())
@@ -47,13 +47,13 @@ def test_solve_tells_json_all_that_made_the_path():
     assert np.array_equal(told["q"], path.q) and np.array_equal(told["m"], path.m)
 
 
-def test_json_has_null_where_a_number_is_none(tmp_path):
+def test_json_has_null_for_missing_numbers(tmp_path):
     line = "solve sleeping --t 1 --want precession_angle,nutation --json -"
     told = json.loads(call(line), parse_constant=pytest.fail)
     assert len(told["precession_angle"]) == 2
 
 
-def test_solve_gives_what_is_wanted(tmp_path):
+def test_solve_returns_the_wanted_quantities(tmp_path):
     line = "solve asymmetric --t 1,2,3 --want nutation,apex,q --csv - --npz"
     header, *rows = csv.reader(call(line, tmp_path / "top.npz").splitlines())
     path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
@@ -68,7 +68,7 @@ def test_solve_gives_what_is_wanted(tmp_path):
     assert "nutation" in call("solve asymmetric --t 3 --want nutation")
 
 
-def test_angles_are_in_degrees_where_these_are_asked_for():
+def test_angles_are_in_degrees_on_request():
     line = "solve cusps --t 1,2 --want nutation,apex --csv -"
     radians, degrees = (
         np.array([row.split(",") for row in call(more).splitlines()[1:]], float)
@@ -80,7 +80,7 @@ def test_angles_are_in_degrees_where_these_are_asked_for():
     assert told["nutation"] == degrees[:, 1].tolist()
 
 
-def test_long_paths_come_in_pieces_with_the_same_bits(tmp_path):
+def test_long_paths_are_written_in_chunks_with_the_same_bits(tmp_path):
     line = "solve asymmetric --t 0:40:0.001 --method strang --step 0.01 --csv"
     path = kr.solve(kr.scenes.asymmetric, np.arange(40001) * 0.001, "strang", step=0.01)
     shown = call(line, tmp_path / "a.csv", "--npz", tmp_path / "a.npz")
@@ -97,19 +97,19 @@ def test_long_paths_come_in_pieces_with_the_same_bits(tmp_path):
         assert np.array_equal(saved["nutation"], path.nutation)
 
 
-def test_every_so_many_steps():
+def test_every_records_each_nth_step():
     line = "solve thesis --t 1 --method rk4 --step 0.1 --every 5 --csv -"
     times = [row.split(",")[0] for row in call(line).splitlines()[1:]]
     assert times == ["0.0", "0.5", "1.0"]
 
 
-def test_geometric_tells_its_choice():
+def test_geometric_prints_its_choice():
     shown = call("solve asymmetric_regular --t 5 --method geometric --error 1e-6")
     path = kr.solve(kr.scenes.asymmetric_regular, 5, "geometric", error=1e-6)
     assert str(path.plan.choice) in shown and path.method in shown
 
 
-def test_damped_tops_have_no_energy_to_keep_and_no_page(tmp_path):
+def test_damped_tops_have_no_energy_error_and_no_viewer(tmp_path):
     kr.scenes.asymmetric.replace(damping=(0.1, 0.2, 0.1)).to_toml(tmp_path / "top.toml")
     assert "energy error" not in call("solve --t 5", tmp_path / "top.toml")
     assert "one damping" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
@@ -153,14 +153,14 @@ def test_quantities_are_listed():
     assert all(name in listed for name in RECORDABLE)
 
 
-def test_the_version_is_told_by_the_module_too():
+def test_the_version_is_printed_by_the_command_and_the_module():
     assert kr.__version__ in call("--version")
     words = [sys.executable, "-m", "kreisel", "--version"]
     told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     assert told == f"kreisel, version {kr.__version__}\n"
 
 
-def test_report_says_where_it_is_made(tmp_path, monkeypatch):
+def test_report_outside_the_source_tree_explains_where_to_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert "top folder of the source" in join_lines(call("report --quick", code=2))
     for word in ("-h", "--help"):
@@ -168,7 +168,7 @@ def test_report_says_where_it_is_made(tmp_path, monkeypatch):
         assert "accuracy, speed and stability" in told and "--thesis" in told
 
 
-def test_report_is_that_of_the_source_tree(tmp_path):
+def test_report_runs_the_validation_of_the_source_tree(tmp_path):
     (tmp_path / "validation").mkdir()
     (tmp_path / "validation/__main__.py").write_text(
         "def main(argv):\n    print('made with', argv)\n    return 3\n"
@@ -204,7 +204,7 @@ def test_solve_prints_a_table_with_units(tmp_path):
     assert rows == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
-def test_a_long_table_has_both_ends_and_says_how_much_is_left_out():
+def test_long_tables_show_both_ends_and_the_number_of_omitted_rows():
     shown = call("solve cusps --t 0:10:0.1 --want nutation")
     _, rows = table(shown)
     assert rows[:, 0] == pytest.approx([*(0.1 * np.arange(20)), *(8.1 + 0.1 * np.arange(20))])
@@ -218,7 +218,7 @@ def test_a_long_table_has_both_ends_and_says_how_much_is_left_out():
     assert "first" in call("solve cusps --t 0:1:1 --want nutation")
 
 
-def test_angles_go_on_where_that_is_asked_for(tmp_path):
+def test_angles_are_continuous_with_unwrap(tmp_path):
     scene = tmp_path / "top.toml"
     PRECESSING.to_toml(scene)
     line = "solve --t 0:20:0.1 --want precession_angle,spin_angle"
@@ -236,7 +236,7 @@ def test_angles_go_on_where_that_is_asked_for(tmp_path):
         assert told["precession_angle"] == pytest.approx(whole[:, 0], abs=1e-9)
 
 
-def test_angles_go_on_from_piece_to_piece():
+def test_unwrapped_angles_are_continuous_across_chunks():
     line = "solve asymmetric --t 0:2000:0.05 --want spin_angle --unwrap"
     path = kr.solve(kr.scenes.asymmetric, 0.05 * np.arange(40001), want=["spin_angle"])
     rows = np.array([*csv.reader(call(line, "--csv", "-").splitlines()[1:])], float)
@@ -270,7 +270,7 @@ def test_the_table_of_methods_is_markdown():
 
 
 @pytest.mark.usefixtures("source_tree")
-def test_a_report_without_its_tools_says_which_to_install(monkeypatch):
+def test_a_report_without_its_dependencies_names_them(monkeypatch):
     missing = ModuleNotFoundError("No module named 'heyoka'", name="heyoka")
     monkeypatch.setattr(importlib, "import_module", raising(missing))
     told = call("report --quick", code=1)
@@ -279,7 +279,7 @@ def test_a_report_without_its_tools_says_which_to_install(monkeypatch):
 
 
 @pytest.mark.usefixtures("source_tree")
-def test_a_report_that_lacks_a_part_of_itself_is_broken(monkeypatch):
+def test_a_missing_module_of_the_report_is_not_hidden(monkeypatch):
     missing = ModuleNotFoundError("no", name="validation.parts")
     monkeypatch.setattr(importlib, "import_module", raising(missing))
     done = CliRunner().invoke(cli.main, ["report"])
@@ -288,13 +288,13 @@ def test_a_report_that_lacks_a_part_of_itself_is_broken(monkeypatch):
 
 @pytest.mark.usefixtures("source_tree")
 @pytest.mark.parametrize("code", [0, 3])
-def test_a_report_ends_as_its_machinery_does(monkeypatch, code):
+def test_report_returns_the_exit_code_of_validation(monkeypatch, code):
     machinery = SimpleNamespace(main=lambda words: code if words == ["--quick"] else 9)
     monkeypatch.setattr(importlib, "import_module", lambda name: machinery)
     call("report --quick", code=code)
 
 
-def test_a_report_is_made_by_the_tree_in_which_it_is_asked_for(tmp_path):
+def test_report_runs_the_validation_of_the_working_directory(tmp_path):
     folder = tmp_path / "validation"
     folder.mkdir()
     (folder / "__init__.py").write_text("")

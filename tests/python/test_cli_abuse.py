@@ -106,7 +106,7 @@ def line(dice):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_random_lines_end_with_a_code(tmp_path, monkeypatch, seed):
+def test_random_command_lines_end_with_an_exit_code(tmp_path, monkeypatch, seed):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(view, "open_viewer", lambda _: ("nowhere", False))
     kr.start(kr.scenes.asymmetric, "strang", step=0.1, max_steps=1000).save("run")

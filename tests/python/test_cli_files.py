@@ -33,7 +33,7 @@ def shell(words, **how):
         ("a.xlsx", "not .xlsx"),
     ],
 )
-def test_places_are_looked_at_before_anything_runs(tmp_path, option, place, message):
+def test_output_files_are_checked_before_anything_runs(tmp_path, option, place, message):
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder.npz").mkdir()
     words = f"solve {ENDLESS} --{option.split()[0]}"
@@ -45,7 +45,7 @@ def test_places_are_looked_at_before_anything_runs(tmp_path, option, place, mess
 @pytest.mark.parametrize(
     "words", ["compare thesis --t 1 --methods rk4 --steps .1 --csv", "view --save"]
 )
-def test_other_commands_look_too(tmp_path, words):
+def test_other_commands_check_their_output_files(tmp_path, words):
     assert "there is no folder" in join_lines(call(words, tmp_path / "no/file", code=2))
 
 
@@ -72,16 +72,16 @@ def test_two_outputs_never_share_a_file_nor_replace_the_scene(tmp_path, monkeypa
     assert kr.Scene.from_toml("top") == kr.scenes.thesis and len(os.listdir(tmp_path)) == 2
 
 
-def test_a_device_takes_more_than_one():
+def test_several_outputs_may_go_to_one_device():
     call("solve thesis --t 1 --csv /dev/null --json /dev/null --save /dev/null")
 
 
-def test_an_archive_has_the_ending_that_numpy_gives_it(tmp_path):
+def test_archives_get_the_suffix_of_numpy(tmp_path):
     call("solve thesis --t 1 --npz", tmp_path / "a_h0.1")
     assert os.listdir(tmp_path) == ["a_h0.1.npz"]
 
 
-def test_archives_and_runs_go_to_standard_output_too(tmp_path):
+def test_archives_and_runs_can_go_to_standard_output(tmp_path):
     archive = tmp_path / "a.npz"
     with open(archive, "wb") as out:
         shell("solve thesis --t 1 --npz -", stdout=out)
@@ -94,7 +94,7 @@ def test_archives_and_runs_go_to_standard_output_too(tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 @pytest.mark.parametrize("option", ["csv", "json", "npz -", "save", "events-csv"])
-def test_a_full_disk_is_said_in_one_line_and_loses_nothing_else(tmp_path, option):
+def test_a_full_disk_is_reported_in_one_line_and_other_outputs_are_complete(tmp_path, option):
     if option == "npz -":
         with open("/dev/full", "wb") as full:
             done = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
@@ -113,7 +113,7 @@ def test_a_full_disk_is_said_in_one_line_and_loses_nothing_else(tmp_path, option
 @pytest.mark.parametrize(
     "words", ["methods", "scenes thesis", "solve thesis --t 1", "-h", "solve thesis --t 1 --csv -"]
 )
-def test_standard_output_that_is_full_is_no_traceback(words):
+def test_full_standard_output_causes_no_traceback(words):
     with open("/dev/full", "w") as full:
         done = shell(words, stdout=full)
     assert done.returncode == 1 and "No space left on device" in done.stderr
@@ -127,7 +127,7 @@ def test_standard_output_that_is_full_is_no_traceback(words):
         "compare thesis --t 1 --repeats 1 --methods exact --csv -",
     ],
 )
-def test_pipes_that_are_closed_end_it_quietly(words):
+def test_closed_pipes_end_the_command_quietly(words):
     read, written = os.pipe()
     os.close(read)
     done = shell(words, stdout=written)
@@ -135,7 +135,7 @@ def test_pipes_that_are_closed_end_it_quietly(words):
     assert (done.returncode, done.stderr) == (1, "")
 
 
-def test_rows_come_as_they_are_computed():
+def test_rows_are_written_as_they_are_computed():
     words = [*KREISEL, "solve", "asymmetric", "--t", "0:1e9:0.01", "--csv", "-"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
         lines = [run.stdout.readline() for _ in range(20_000)]
@@ -144,7 +144,7 @@ def test_rows_come_as_they_are_computed():
     assert lines[0].startswith("t,q_w") and float(lines[-1].split(",")[0]) == 19998 * 0.01
 
 
-def test_a_disk_that_is_full_half_way_keeps_the_rows_before(tmp_path, monkeypatch):
+def test_a_disk_that_fills_up_keeps_earlier_rows(tmp_path, monkeypatch):
     write, calls = os.write, []
 
     def full(descriptor, data):
@@ -162,7 +162,7 @@ def test_a_disk_that_is_full_half_way_keeps_the_rows_before(tmp_path, monkeypatc
     assert len(rows) == 1 << 14 and np.array_equal(rows[:, 0], np.arange(1 << 14) * 0.01)
 
 
-def test_a_place_that_cannot_be_written_after_all_keeps_the_others(tmp_path, monkeypatch):
+def test_a_failed_rename_keeps_the_other_outputs(tmp_path, monkeypatch):
     def fails(file, *_):
         if str(file).endswith(".json"):
             raise PermissionError(13, "Permission denied")
@@ -177,7 +177,7 @@ def test_a_place_that_cannot_be_written_after_all_keeps_the_others(tmp_path, mon
 
 
 @pytest.mark.parametrize("shown", [True, False])
-def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, shown):
+def test_view_prints_the_file_of_the_viewer_and_leaves_one_file(tmp_path, monkeypatch, shown):
     opened = []
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("webbrowser.open", lambda where: opened.append(where) or shown)
@@ -188,7 +188,7 @@ def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, 
     assert os.listdir(page.parent) == ["cusps.html"] and opened == [page.as_uri()] * 3
 
 
-def test_view_in_python_warns_where_there_is_no_browser(tmp_path, monkeypatch):
+def test_view_in_python_warns_without_a_browser(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("webbrowser.open", lambda _: False)
     with pytest.warns(UserWarning, match="no browser was found"):
@@ -196,7 +196,7 @@ def test_view_in_python_warns_where_there_is_no_browser(tmp_path, monkeypatch):
     assert file == tmp_path / "kreisel/top.html" and file.is_file()
 
 
-def test_view_finds_a_place_where_there_is_no_home(tmp_path, monkeypatch):
+def test_view_works_without_a_home_directory(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     monkeypatch.setattr(view.tempfile, "tempdir", str(tmp_path))
@@ -205,11 +205,11 @@ def test_view_finds_a_place_where_there_is_no_home(tmp_path, monkeypatch):
     assert file.is_file() and file.parent.parent == tmp_path
 
 
-def test_a_page_goes_to_standard_output():
+def test_view_can_write_to_standard_output():
     assert call("view cusps --save -").startswith("<!")
 
 
-def test_what_is_no_run_is_told_with_its_file_once(tmp_path):
+def test_invalid_checkpoints_are_reported_with_the_file_name_once(tmp_path):
     (tmp_path / "bad").write_bytes(b"no run")
     told = join_lines(call("resume", tmp_path / "bad", "--t", "3", code=2))
     assert f"{tmp_path / 'bad'}: " in told and told.count("bad") == 1
@@ -227,7 +227,7 @@ def raising(error):
     return fails
 
 
-def test_a_run_for_which_there_is_no_memory_leaves_nothing(tmp_path, monkeypatch):
+def test_a_run_without_enough_memory_leaves_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(cli.solve, "feed_outputs", raising(MemoryError()))
     assert "not enough memory" in call("solve asymmetric --t 1 --csv a.csv", code=1)

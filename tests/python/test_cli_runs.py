@@ -37,7 +37,7 @@ HOW = {
 
 @pytest.mark.parametrize("how", HOW.values(), ids=HOW)
 @pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25"])
-def test_a_run_goes_on_with_the_same_bits(tmp_path, how, times):
+def test_a_resumed_run_has_the_same_bits(tmp_path, how, times):
     run, whole, half = tmp_path / "run", times.format(20), times.format(10.1)
     at_once = rows(call(f"solve asymmetric --t {whole} {how} --csv -"))
     first = rows(call(f"solve asymmetric --t {half} {how} --csv - --save", run))
@@ -46,7 +46,7 @@ def test_a_run_goes_on_with_the_same_bits(tmp_path, how, times):
     assert kr.resume(run).t == at_once[-1, 0]
 
 
-def test_every_goes_on_too(tmp_path):
+def test_a_resumed_run_continues_every(tmp_path):
     run, how = tmp_path / "run", "--every 3 --csv -"
     first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {how} --save", run))
     then = rows(call(f"resume {run} --t 2 {how}"))
@@ -55,7 +55,7 @@ def test_every_goes_on_too(tmp_path):
     assert np.array_equal(np.concatenate([first, then]), path.states)
 
 
-def test_one_time_is_the_state_there(tmp_path):
+def test_resume_with_one_time_returns_the_state_at_this_time(tmp_path):
     run = tmp_path / "run"
     call("solve thesis --t 5 --save", run)
     assert rows(call(f"resume {run} --t 7 --csv -"))[:, 0].tolist() == [7]
@@ -81,7 +81,7 @@ def test_one_time_is_the_state_there(tmp_path):
         ("solve thesis --t 9 --error 1e-3 --save a", "--save needs a single method"),
     ],
 )
-def test_what_cannot_go_on_is_refused(tmp_path, words, message):
+def test_invalid_resumptions_are_refused(tmp_path, words, message):
     names = {"run": tmp_path / "run", "toml": tmp_path / "top.toml"}
     call("solve thesis --t 5 --save", names["run"])
     TOP.to_toml(names["toml"])
@@ -89,7 +89,7 @@ def test_what_cannot_go_on_is_refused(tmp_path, words, message):
     assert message in join_lines(told) and told.count("\n") == 1
 
 
-def test_a_failed_run_keeps_what_it_reached_and_goes_on(tmp_path):
+def test_a_failed_run_keeps_its_states_and_can_be_resumed(tmp_path):
     run, csv = tmp_path / "run", tmp_path / "part.csv"
     line = "solve thesis --t 10 --method rk4 --step 0.1 --every 2 --max-steps 5 --csv"
     assert "largest number of steps" in call(line, csv, "--save", run, code=1)
@@ -103,7 +103,7 @@ def test_a_failed_run_keeps_what_it_reached_and_goes_on(tmp_path):
 @signals
 @pytest.mark.parametrize("buffered", [True, False])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered):
+def test_a_signal_between_rows_neither_loses_nor_repeats_rows(tmp_path, number, buffered):
     words = (
         f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
     )
@@ -153,7 +153,7 @@ main()
         "--events nutation:max_count=1 --events-csv events.csv",
     ],
 )
-def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
+def test_a_signal_keeps_the_computed_states(tmp_path, name, how):
     line = f"solve asymmetric --t 1e7 {how} --csv part.csv --json part.json --npz part.npz"
     done = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
     assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
@@ -168,7 +168,7 @@ def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
 
 
 @signals
-def test_a_signal_while_rows_are_written_ends_the_run_behind_them(tmp_path, monkeypatch):
+def test_a_signal_during_writing_ends_the_run_after_complete_rows(tmp_path, monkeypatch):
     add, sent = outputs.CsvOutput.add, [signal.SIGTERM]
 
     def add_and_signal(csv, piece):
@@ -203,7 +203,7 @@ main()
 
 
 @signals
-def test_a_run_that_ignores_ctrl_c_goes_on_ignoring_it(tmp_path):
+def test_ignored_ctrl_c_stays_ignored(tmp_path):
     code = PRESSED.replace("SIGNAL", "SIGINT").replace(
         "main()", "signal.signal(signal.SIGINT, signal.SIG_IGN)\nmain()"
     )
@@ -211,7 +211,7 @@ def test_a_run_that_ignores_ctrl_c_goes_on_ignoring_it(tmp_path):
     assert python(code, *line.split(), cwd=tmp_path).returncode == 0
 
 
-def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
+def test_the_archive_of_a_stopped_run_with_events_can_be_loaded(tmp_path):
     line = "solve asymmetric --t 0:50:1 --events nutation --max-steps 20 --npz"
     call(line, tmp_path / "a.npz", code=1)
     with pytest.raises(kr.Error) as failed:
@@ -221,8 +221,8 @@ def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
     assert np.array_equal(again.events.states, path.events.states)
 
 
-def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
-    """Check that the events before and after the save equal those of an uninterrupted run."""
+def test_a_run_with_events_is_saved_and_resumed(tmp_path):
+    """Check that events before and after saving equal those of an uninterrupted run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()
@@ -232,12 +232,12 @@ def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
     assert met == [row.partition(",")[2] for row in whole[1:]]
 
 
-def test_events_are_not_for_geometric():
+def test_geometric_refuses_events():
     line = "solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation"
     assert "--events need taylor" in join_lines(call(line, code=2))
 
 
-def test_a_stopped_comparison_shows_what_it_has(monkeypatch):
+def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
     table = kr.compare(TOP, 1, ["taylor"])
 
     def stop_comparison(*_):
@@ -267,7 +267,7 @@ def raising(error):
         (OSError(errno.EPIPE, "Broken pipe"), 1, ""),
     ],
 )
-def test_what_stops_a_command_is_a_line_and_a_code(monkeypatch, error, code, words):
+def test_exceptions_end_a_command_with_one_line_and_an_exit_code(monkeypatch, error, code, words):
     monkeypatch.setattr(cli.compare, "compared", raising(error))
     told = call(COMPARED, code=code)
     assert words in told and told.count("\n") == (1 if words else 0)

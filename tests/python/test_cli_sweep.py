@@ -93,7 +93,7 @@ def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
 @pytest.mark.parametrize(
     ("more", "number"), [([], signal.SIGINT), (["--workers", "2"], signal.SIGTERM)]
 )
-def test_an_interrupted_sweep_says_so_and_resumes(plan, more, number):
+def test_an_interrupted_sweep_is_reported_and_resumed(plan, more, number):
     (plan / "plan.toml").write_text(PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0"))
     start = f"{HEEDING}from kreisel._cli import main\nmain()"
     command = [sys.executable, "-c", start, "sweep", "plan.toml", "--folder", "runs", *more]

@@ -45,7 +45,7 @@ def test_times_are_numbers_and_grids(words, found):
 
 @pytest.mark.parametrize("steps", [7, 10, 1000, 12345])
 @pytest.mark.parametrize("end", [0.7, 1.0, 10.0, 123.4])
-def test_a_grid_of_whole_steps_ends_at_its_end_without_drift(steps, end):
+def test_a_time_grid_ends_at_its_end_without_drift(steps, end):
     h = end / steps
     found = times(f"0:{end!r}:{h!r}")
     assert found == [k * h for k in range(steps + 1)]
@@ -68,11 +68,11 @@ def test_a_grid_of_whole_steps_ends_at_its_end_without_drift(steps, end):
         ("0:5:1,4:6:1", "4.0 goes back from 5.0"),
     ],
 )
-def test_times_that_cannot_be_are_refused(words, message):
+def test_invalid_times_are_refused(words, message):
     assert message in call("solve thesis --t", words, code=2)
 
 
-def test_more_times_than_fit_are_refused_where_all_are_kept(tmp_path):
+def test_too_many_times_for_the_memory_are_refused(tmp_path):
     line = "solve thesis --t 0:1e12:1e-3 --npz"
     assert "record fewer" in call(line, tmp_path / "a.npz", code=2)
     line = "solve thesis --t 1e15 --method rk4 --step 1 --every 1 --npz"
@@ -99,7 +99,7 @@ EVENTS = [
 
 
 @pytest.mark.parametrize("word, event", EVENTS, ids=[word for word, _ in EVENTS])
-def test_events_are_those_of_python(word, event, tmp_path):
+def test_events_equal_those_of_python(word, event, tmp_path):
     path = kr.solve(kr.scenes.asymmetric, 5, events=[event])
     line = f"solve asymmetric --t 5 --events {word} --events-csv - --json"
     header, *rows = csv.reader(call(line, tmp_path / "a.json").splitlines())
@@ -111,7 +111,7 @@ def test_events_are_those_of_python(word, event, tmp_path):
     assert told["events"]["t"] == path.events.t.tolist() and told["t"] == path.t.tolist()
 
 
-def test_events_are_shown_with_what_is_wanted(tmp_path):
+def test_events_are_shown_with_the_wanted_quantities(tmp_path):
     words = "--events nutation --events plane:0,1,0 --want nutation"
     path = kr.solve(kr.scenes.thesis, 20, events=[kr.events.nutation(), kr.events.plane((0, 1, 0))])
     show_events = call(f"solve thesis --t 20 {words} --degrees --events-csv", tmp_path / "e.csv")
@@ -130,7 +130,7 @@ def test_events_are_shown_with_what_is_wanted(tmp_path):
     assert f"{path.events.t[0]:.15g}" in show_events
 
 
-def test_many_events_are_counted():
+def test_events_beyond_the_twentieth_are_counted():
     show_events = call("solve thesis --t 300 --events nutation")
     events = len(kr.solve(kr.scenes.thesis, 300, events=[kr.events.nutation()]).events)
     assert events > 20 and f"... {events - 20} more events" in show_events
@@ -151,7 +151,7 @@ def test_many_events_are_counted():
         ("", "unknown event ''"),
     ],
 )
-def test_events_that_cannot_be_are_refused(word, message):
+def test_invalid_events_are_refused(word, message):
     assert message in call("solve asymmetric --t 1 --events", word, code=2)
 
 
@@ -181,16 +181,16 @@ def test_events_that_cannot_be_are_refused(word, message):
         ("solve thesis --t 1 --stp 3", "No such option"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(line, message):
+def test_errors_take_one_line(line, message):
     told = call(line, code=2)
     assert message in join_lines(told) and told.count("\n") == 1 and told.startswith("Error: ")
 
 
-def test_a_scene_is_no_device_that_never_ends():
+def test_an_endless_device_is_refused_as_a_scene():
     assert "at most 1048576 bytes" in call("solve /dev/zero --t 1", code=2)
 
 
-def test_a_scene_from_standard_input_is_refused_by_that_name():
+def test_errors_in_a_scene_from_standard_input_name_standard_input():
     assert "SCENE: standard input: " in call("solve - --t 1", given="a = [", code=2)
     assert "standard input" in call("compare - --t 1", given="[body]\nmass = 1\n", code=2)
 
@@ -234,7 +234,7 @@ def test_names_are_completed(line, found):
 # Boundary values
 
 
-def test_events_in_the_shell_are_counted_beyond_the_twentieth():
+def test_shell_events_are_counted_beyond_the_twentieth():
     def show_events(n):
         return call(f"solve thesis --t 1000 --events nutation:max_count={n}")
 
@@ -245,13 +245,13 @@ def test_events_in_the_shell_are_counted_beyond_the_twentieth():
         assert (more in text) and ("more events" in text) == bool(more)
 
 
-def test_too_many_states_are_counted_in_the_shell(tmp_path):
+def test_too_many_states_are_refused_in_the_shell(tmp_path):
     file = tmp_path / "path.npz"
     text = join_lines(call("solve thesis --t 0:1e12:0.001 --npz", file, code=2))
     assert "1000000000000001 states" in text and "GB" in text
 
 
-def test_grids_of_the_shell_without_length_have_their_start():
+def test_shell_grids_of_zero_length_contain_their_start():
     assert cli.main is not None
     for word in ("0:0:0.1", "0:0:-0.1", "2:2:-1"):
         t = shell_times.times(word).array()

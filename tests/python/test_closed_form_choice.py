@@ -1,4 +1,4 @@
-"""The choice of 'auto' between the closed form of one top on a torus and the Taylor series."""
+"""The choice that method 'auto' makes between a closed form on a torus and the Taylor series."""
 
 import kreisel as kr
 import numpy as np
@@ -58,7 +58,7 @@ def test_many_states_use_the_series(kind):
 @pytest.mark.parametrize(
     "t", [[np.nan], np.inf, "late", [[1.0, 1e9]], [1e9, 1.0, 1e8], np.array("x")]
 )
-def test_times_that_are_no_times_are_rejected(kind, t):
+def test_invalid_times_are_rejected(kind, t):
     with pytest.raises((TypeError, ValueError), match=r"\bt\b|times"):
         kr.solve(top_of(kind), t)
 

@@ -10,7 +10,7 @@ TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 TRUE = "strang", 0.25 / 16.0
 
 
-def test_rows_are_errors_against_run_time(tmp_path):
+def test_rows_contain_errors_and_run_times(tmp_path):
     scene = kr.scenes.thesis
     table = kr.compare(
         scene, [1, 5], ["rk4", "strang", "extrap"], steps=[0.1, 0.02], tols=[1e-6, 1e-10], repeats=2
@@ -46,14 +46,14 @@ def test_rows_are_errors_against_run_time(tmp_path):
     assert len(str(table).splitlines()) == 7 and "bobenko" not in str(table)
 
 
-def test_compare_takes_all_methods_that_apply():
+def test_compare_includes_all_methods_that_apply():
     rows = kr.compare(GENERAL, 1, steps=[0.1], repeats=1)
     assert {row.method for row in rows} == {
         name for name, method in kr.methods.items() if method.applies_to(CORNER)
     }
 
 
-def test_compare_goes_on_after_a_failure():
+def test_compare_continues_after_a_failure():
     scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
     blown, fine = kr.compare(scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1)
     assert (
@@ -66,7 +66,7 @@ def test_compare_goes_on_after_a_failure():
 # Boundary values
 
 
-def test_a_comparison_as_text_has_a_column_each():
+def test_the_text_of_a_comparison_has_one_column_per_field():
     table = kr.compare(THESIS, [1.0], ["rk4", "taylor"], steps=[0.125], tols=[1e-9], repeats=1)
     head, *lines = str(table).splitlines()
     for line, step, tol in zip(lines, ("0.125", ""), ("", "1e-09"), strict=True):
@@ -75,17 +75,17 @@ def test_a_comparison_as_text_has_a_column_each():
         assert line.startswith("thesis")
 
 
-def test_a_truth_of_fixed_step_takes_a_sixteenth_of_the_smallest():
+def test_a_fixed_step_reference_uses_a_sixteenth_of_the_smallest_step():
     (row, _) = kr.compare(TOP, [1.0], ["rk4"], steps=[0.25, 0.5], truth="strang", repeats=1)
     ends = [kr.solve(TOP, [1.0], *how, step=step).q for *how, step in (("rk4", 0.25), TRUE)]
     assert row.attitude_error == kr.attitude_error(*ends).max()
 
 
-def test_a_step_that_a_method_refuses_is_a_row_of_the_table():
+def test_a_step_that_a_method_refuses_has_a_row():
     (row,) = kr.compare(THESIS, 1.0, ["bobenko_suris4"], steps=[5.0], repeats=1)
     assert "too large" in row.failure and np.isnan(row.attitude_error) and row.steps == 0
 
 
-def test_a_truth_at_other_times_is_refused():
+def test_a_reference_at_other_times_is_refused():
     with pytest.raises(ValueError, match="a path at the requested times"):
         kr.compare(TOP, [1.0], ["strang"], steps=[0.1], truth=kr.solve(TOP, [2.0]), repeats=1)

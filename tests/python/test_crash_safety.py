@@ -72,7 +72,7 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    """Run every writer in `folder`, and return the exit status and the output of each."""
+    """Run every writer in `folder`, and return the exit status and the output of each writer."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
@@ -94,7 +94,7 @@ def test_each_writer_writes(tmp_path):
 
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
-def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
+def test_a_killed_writer_leaves_the_old_file(tmp_path, moment):
     ends, said = run_writers(moment, tmp_path)
     assert set(ends.values()) == {-signal.SIGKILL}, said
     for writer in WRITERS:
@@ -102,7 +102,7 @@ def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
         assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
 
 
-def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
+def test_a_full_disk_leaves_the_old_file_and_raises(tmp_path):
     ends, said = run_writers("half", tmp_path)
     assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
     for writer in WRITERS:
@@ -111,7 +111,7 @@ def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
 
 
 @pytest.mark.parametrize("write", [kr.start(TOP).save, TOP.to_toml, kr.view(TOP, open=False).save])
-def test_a_place_that_must_not_be_written_is_an_os_error(tmp_path, write):
+def test_unwritable_files_raise_os_error(tmp_path, write):
     with pytest.raises(FileNotFoundError):
         write(tmp_path / "none" / "file")
     with pytest.raises(IsADirectoryError):
@@ -121,7 +121,7 @@ def test_a_place_that_must_not_be_written_is_an_os_error(tmp_path, write):
     assert os.listdir(tmp_path) == []
 
 
-def test_a_link_to_a_file_stays_a_link(tmp_path):
+def test_a_symbolic_link_stays_a_link(tmp_path):
     real, link = tmp_path / "real", tmp_path / "link"
     real.write_bytes(b"old")
     real.chmod(0o640)
@@ -135,7 +135,7 @@ def test_a_link_to_a_file_stays_a_link(tmp_path):
 
 
 def example():
-    """Return the last example of the docstring of kreisel.start, on a shorter run."""
+    """Return the last example in the docstring of kreisel.start, with a shorter run."""
     told = inspect.getdoc(kr.start)
     code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
@@ -145,7 +145,7 @@ def example():
 def lives(folder, kill):
     """Return the number of processes needed to reach the end.
 
-    Each process is killed at the third call of the function `kill`, and leaves an incomplete row.
+    Each process is killed at its third call of the function `kill`, and leaves an incomplete row.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np
@@ -171,7 +171,7 @@ def deadly(*words):
 
 
 @pytest.mark.parametrize("kill", ["os.fsync", "kr.Run.save"], ids=["kept", "saved"])
-def test_each_state_is_kept_once(kill, tmp_path):
+def test_every_state_is_stored_once(kill, tmp_path):
     whole = kr.solve(kr.scenes.asymmetric, END, "strang", step=0.01, every=5)
     chunks = -(-len(whole) // CHUNK)
     assert lives(tmp_path, kill) > chunks / 3

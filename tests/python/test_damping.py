@@ -1,4 +1,4 @@
-"""Damped tops with all other options, compared with an independent integrator.
+"""Damped tops combined with all other options, compared with an independent integrator.
 
 The C tests compare damped tops with closed forms.
 """
@@ -29,7 +29,7 @@ TIMES = [0.5, 2.0, 7.0]
 
 
 def rates(t, y):
-    """Return the time derivatives in the body frame, for a general inertia tensor."""
+    """Return the time derivatives in the body frame for a general inertia tensor."""
     q, w = y[:4], y[4:]
     x = kr.quaternion
     inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)
@@ -57,7 +57,7 @@ def test_paths_agree_with_scipy(digits):
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
 def test_digits_of_a_decaying_spin(digits, tolerance):
-    """Compare 30 digits with the formula: about a principal axis m decays as exp(-D t / I)."""
+    """Compare 30 digits with exp(-D t / I), the decay of the momentum about a principal axis."""
     mp = pytest.importorskip("mpmath")
     with mp.workdps(40):
         scene = kr.Scene(
@@ -70,8 +70,8 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
         assert path.error < 30 * tolerance
 
 
-def test_none_is_none():
-    """Check that zero damping gives the states and closed form of no damping, bitwise equal."""
+def test_zero_damping_equals_no_damping():
+    """Check that zero damping equals no damping, and that the states are bitwise equal."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -80,7 +80,7 @@ def test_none_is_none():
     assert kr.scenes.thesis.damping == (0.0, 0.0, 0.0)
 
 
-def test_words():
+def test_damping_may_be_one_or_three_numbers():
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
     one = kr.Scene(body, (0, 0, 3), damping=0.25)
     assert one.damping == (0.25, 0.25, 0.25)
@@ -91,7 +91,7 @@ def test_words():
     assert pickle.loads(pickle.dumps(three)) == three
 
 
-def test_toml(tmp_path):
+def test_damping_survives_toml(tmp_path):
     file = tmp_path / "damped.toml"
     HEAVY.to_toml(file)
     again = kr.Scene.from_toml(file)
@@ -99,19 +99,19 @@ def test_toml(tmp_path):
 
 
 @pytest.mark.parametrize("bad", [-0.1, (0, 0, -1e-300), math.nan, (1, 2, math.inf)])
-def test_what_cannot_be(bad):
+def test_invalid_damping_values_are_refused(bad):
     with pytest.raises(ValueError, match="damping"):
         HEAVY.replace(damping=bad)
 
 
 @pytest.mark.parametrize("bad", ["0.1", (1, 2), (1, 2, 3, 4), [[1, 2, 3]], True, 1j])
-def test_what_is_no_damping(bad):
+def test_invalid_damping_types_are_refused(bad):
     with pytest.raises((TypeError, ValueError), match="damping"):
         HEAVY.replace(damping=bad)
 
 
-def test_methods():
-    """Check that methods that do not support damping raise an error that names one that does."""
+def test_methods_without_damping_are_refused():
+    """Check that unsuitable methods raise an error that suggests a method with damping."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -128,15 +128,15 @@ def test_methods():
     assert "damping" in str(kr.plan(damped))
 
 
-def test_what_has_no_damping():
+def test_rods_of_damped_tops_are_refused():
     path = kr.solve(kr.scenes.thesis.replace(damping=0.1), TIMES)
     with pytest.raises(ValueError, match="damped"):
         kr.rod(path)
     assert math.isnan(path.energy_error)
 
 
-def test_verbs():
-    """Check that streams, runs, want= and events agree with kr.solve for a damped top."""
+def test_streams_runs_and_events_agree_with_solve():
+    """Check that streams, runs, `want` and events agree with kr.solve for a damped top."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)
@@ -169,7 +169,7 @@ def test_compare_and_progress():
 # Boundary values
 
 
-def test_damping_on_the_edge():
+def test_damping_may_be_zero_but_not_negative():
     assert environment.check_damping(None) == (0.0, 0.0, 0.0) and environment.check_damping(0) == (
         0.0,
         0.0,

@@ -1,7 +1,7 @@
-"""Damping that differs between the axes, for bodies described with every order of axes.
+"""Anisotropic damping, for bodies described with every order of axes.
 
-Every public function is compared with a solution in decimals, for every number of digits and in
-both directions of time.
+Every public function is compared with a solution in decimal arithmetic, for all numbers of digits
+and both directions of time.
 """
 
 import itertools
@@ -52,13 +52,13 @@ def scene_of(name):
 
 
 def states_of(scene, times):
-    """Return the states of `scene` at monotonic `times`, from its series in decimals."""
+    """Return the states of `scene` at monotonic `times`, computed by a decimal Taylor series."""
     series = Series(scene)
     return [series.to(t) for t in times]
 
 
 def assert_agrees(path, states, tolerance):
-    """Assert that `path` agrees with `states`, pairs of attitude and momentum in decimals."""
+    """Assert that `path` agrees with `states`, a list of decimal (attitude, momentum)."""
     low = path.q_low if path.q_low is not None else np.zeros_like(path.q)
     for i, (q, m) in enumerate(states):
         assert attitude_error(q, path.q[i], low[i]) < tolerance
@@ -91,7 +91,7 @@ def test_a_spin_about_each_axis_decays_at_the_rate_of_that_axis(t, digits):
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_one_number_is_three_equal_ones_bit_for_bit(name):
+def test_one_number_equals_three_equal_numbers_bitwise(name):
     one, three = (scene_of(name).replace(damping=d) for d in (0.25, (0.25, 0.25, 0.25)))
     for digits in (None, 16, 20, 30):
         a, b = (kr.solve(s, [1.0, 4.0], digits=digits).states for s in (one, three))
@@ -110,7 +110,7 @@ def test_ensembles_and_reductions_agree_with_the_series():
 
 
 @pytest.mark.parametrize("name", THREE)
-def test_events_lie_where_the_series_has_them(name):
+def test_events_agree_with_the_series(name):
     scene = scene_of(name)
     event = kr.events.plane((0, 1, 0), of="body_velocity")
     found = kr.solve(scene, 8.0, events=[event]).events
@@ -145,7 +145,7 @@ def rotation_vector(q, other):
 
 @pytest.mark.parametrize("name", THREE)
 @pytest.mark.parametrize("digits", [None, 20])
-def test_tangents_are_differences_of_the_series(name, digits):
+def test_tangents_agree_with_differences_of_the_series(name, digits):
     scene, t = scene_of(name), 2.0
     tangents = kr.solve(scene, [t], digits=digits, tangents="start").tangents[0]
     middle, step = scene.momentum, 2.0**-40
@@ -163,7 +163,7 @@ def test_tangents_are_differences_of_the_series(name, digits):
 
 
 @pytest.mark.parametrize("name", THREE)
-def test_streams_and_resumed_runs_have_the_bits_of_the_path(name):
+def test_streams_and_resumed_runs_equal_the_path_bitwise(name):
     scene, times = scene_of(name), [0.5, 1.0, 2.0]
     path = kr.solve(scene, times)
     assert_agrees(path, states_of(scene, times), 1e-14)
@@ -181,7 +181,7 @@ def test_streams_and_resumed_runs_have_the_bits_of_the_path(name):
         kr.Scene(kr.Body.cuboid(half=(0.8, 0.5, 1), pivot=(0, 0, -1)), momentum=(1, 2, 3)),
     ],
 )
-def test_tops_with_names_agree_with_the_series(scene):
+def test_named_scenes_agree_with_the_series(scene):
     damped = scene.replace(damping=DAMPING)
     times = [1.0, 3.0]
     assert_agrees(kr.solve(damped, times), states_of(damped, times), 1e-14)

@@ -54,8 +54,7 @@ SCENES = {
 
 
 def differences(scene, name, component, values_at, step=2.0**-9):
-    """Return the derivative of `values_at(block, states, low)` with respect to a number of the
-    scene."""
+    """Return the derivative of `values_at(block, states, low)` with respect to a scene number."""
     total = 0.0
     for k, weight in WEIGHTS.items():
         ahead, behind = (change_number(scene, name, component, by * k * step) for by in (1, -1))
@@ -67,7 +66,7 @@ def differences(scene, name, component, values_at, step=2.0**-9):
 
 
 def state_changes(reference):
-    """Return a function of states: their rotation vectors from `reference`, and their momenta."""
+    """Return a function that maps states to rotation vectors from `reference` and momenta."""
     w, v = reference[:, 1:2], reference[:, 2:5]
 
     def values_at(block, states, low):
@@ -82,7 +81,7 @@ def state_changes(reference):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_tangents_by_every_number_are_differences_for_every_order_of_axes(name):
+def test_tangents_agree_with_differences_for_every_order_of_axes(name):
     scene = SCENES[name]
     fine = kr.solve(scene, TIMES, digits=30, tangents=ALL)
     values_at = state_changes(fine.states)
@@ -98,12 +97,12 @@ def test_tangents_by_every_number_are_differences_for_every_order_of_axes(name):
 
 
 def continue_angles(values, near):
-    """Return `values` changed by multiples of 2 pi so that they are nearest to `near`."""
+    """Return `values` plus multiples of 2 pi, so that each value is nearest to `near`."""
     return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
 
 
 def quantity_changes(name, reference):
-    """Return a function of states: the values of a quantity."""
+    """Return a function that maps states to the values of a quantity."""
     near = getattr(reference, name)
 
     def values_at(block, states, low):
@@ -114,7 +113,7 @@ def quantity_changes(name, reference):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_derivatives_of_every_quantity_are_differences(name):
+def test_derivatives_of_every_quantity_agree_with_differences(name):
     scene = SCENES[name]
     path = kr.solve(scene, TIMES, "taylor", tangents=ALL)
     for quantity in QUANTITIES:
@@ -138,7 +137,7 @@ def test_derivatives_of_every_quantity_are_differences(name):
             assert np.abs(found - own[..., column])[exists].max(initial=0.0) < within
 
 
-def test_angles_have_no_derivative_where_the_apex_is_vertical():
+def test_angles_have_no_derivative_at_a_vertical_apex():
     path = kr.solve(kr.scenes.sleeping, [0.0, 1.0], tangents=("start", "com"))
     for name in ANGLES:
         own = path.derivative(name)
@@ -146,7 +145,7 @@ def test_angles_have_no_derivative_where_the_apex_is_vertical():
     assert np.isfinite(path.derivative("apex")).all()
 
 
-def test_derivatives_are_refused_by_name():
+def test_invalid_derivatives_are_refused_by_name():
     path = kr.solve(kr.scenes.thesis, [0.0, 1.0], tangents="start")
     with pytest.raises(ValueError, match="did you mean 'nutation'"):
         path.derivative("nutatio")
@@ -161,13 +160,13 @@ def test_derivatives_are_refused_by_name():
 
 
 def members():
-    """Return an ensemble of damped tops, of several kinds."""
+    """Return an ensemble of damped tops of several kinds."""
     return SCENES["turned"].vary(gravity=[[0.0], [0.5], [1.25]], mass=[1.0, 1.5])
 
 
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("threads", [1, 3])
-def test_tops_of_an_ensemble_have_the_tangents_of_each_alone(digits, threads):
+def test_ensemble_tangents_equal_those_of_single_tops(digits, threads):
     tops, by = members(), ("start", "damping", "com")
     paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
     assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
@@ -189,7 +188,7 @@ def test_tops_of_an_ensemble_have_the_tangents_of_each_alone(digits, threads):
         paths.derivative("apexx")
 
 
-def test_an_ensemble_with_tangents_takes_the_other_arguments_or_refuses_them():
+def test_ensemble_tangents_accept_or_refuse_every_other_argument():
     tops, by = members(), {"tangents": ["gravity"]}
     times = np.linspace(-0.5, -1.0, 6).reshape(3, 2, 1)
     back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **by)

@@ -1,7 +1,7 @@
 """Runs with 20 and 30 digits, compared with elementary solutions.
 
-An elementary solution is a sum of a few exponentials, for which the last terms of the series are a
-poor estimate of the omitted terms.
+An elementary solution is a sum of a few exponentials. For such a sum, the last terms of the series
+are a poor estimate of the omitted terms.
 """
 
 import kreisel as kr
@@ -75,14 +75,14 @@ def free_tops():
 
 @pytest.mark.parametrize("digits, bound", [(20, 1e-19), (30, 1e-29)])
 @pytest.mark.parametrize("end", [1.0, -1.0])
-def test_a_sum_of_few_exponentials_has_all_its_digits(digits, bound, end):
+def test_a_sum_of_few_exponentials_is_accurate_to_all_digits(digits, bound, end):
     with mp.workdps(60):
         for scene in free_tops():
             path = kr.solve(scene, [end * t for t in TIMES], "taylor", digits=digits)
             assert off(path) < bound, scene
 
 
-def test_a_steady_precession_has_all_its_digits():
+def test_a_steady_precession_is_accurate_to_all_digits():
     scene = kr.scenes.steady_precession
     paths = [kr.solve(scene, 20, "taylor", digits=digits) for digits in (20, 30)]
     low, high = ((path.m[-1, 2] - scene.momentum[2]) + path.m_low[-1, 2] for path in paths)
@@ -91,7 +91,7 @@ def test_a_steady_precession_has_all_its_digits():
 
 
 def needles(lone, turned):
-    """Yield random free needles, with principal axes along the frame of description or rotated."""
+    """Yield random free bodies with one small moment, in principal axes or in rotated axes."""
     random = np.random.default_rng(5)
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
@@ -103,10 +103,11 @@ def needles(lone, turned):
 
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
-def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
-    """Check the digits of needles. The small moment magnifies rounding errors of the momentum.
+def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, turned):
+    """Check the accuracy and the error estimate of thin bodies with 30 digits.
 
-    The error is estimated from a run with shorter steps, which magnifies these errors equally.
+    The small moment magnifies rounding errors of the momentum. The error estimate compares two step
+    sizes, and both runs magnify these errors equally.
     """
     ratios = []
     with mp.workdps(60):
@@ -118,7 +119,7 @@ def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
     assert min(ratios) > 0.3 and np.median(ratios) < 3 and max(ratios) < 15
 
 
-def test_a_path_of_thirty_digits_knows_how_many_are_right():
+def test_the_error_estimate_of_30_digits_is_near_the_true_error():
     """Check that the median ratio of estimated to true error is near 1."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
@@ -140,7 +141,7 @@ def test_the_error_of_thirty_digits_is_an_angle():
 # Boundary values
 
 
-def test_digits_go_up_to_the_next_that_there_are():
+def test_digits_are_rounded_up_to_a_supported_number():
     taylor = kr.methods["taylor"]
     asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
     assert {n: solve_options.parse_digits(taylor, n, None) for n in asked} == asked

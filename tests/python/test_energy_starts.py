@@ -22,9 +22,9 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 
 
 def effective_potential(body, gravity, vertical, P):
-    """Return the energy of a body that rotates only about the vertical `P` (n, 3).
+    """Return the energy of a body that rotates only about the vertical.
 
-    `P` is given in the frame of description.
+    `P` (n, 3) contains directions of the vertical in the frame of description.
     """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
@@ -45,7 +45,7 @@ def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical
         assert path.vertical_momentum[0] == pytest.approx(vertical, abs=2e-14)
 
 
-def test_start_number_i_depends_on_seed_and_i_alone():
+def test_the_ith_start_depends_only_on_the_seed_and_i():
     words = {"energy": 2.0, "vertical": 1.0}
     many = kr.starts(ASYMMETRIC, n=20, seed=3, **words)
     assert kr.starts(ASYMMETRIC, n=5, seed=3, **words) == many[:5]
@@ -53,7 +53,7 @@ def test_start_number_i_depends_on_seed_and_i_alone():
     assert kr.starts(ASYMMETRIC, n=0, **words).shape == (0,)
 
 
-def test_a_seed_gives_the_same_starts_for_ever():
+def test_a_seed_gives_the_same_starts_in_every_version():
     tops = kr.starts(ASYMMETRIC, energy=2.0, vertical=1.0, n=2, seed=7)
     first = [0.9115183727699853, 0.1931344077567047, -0.3630886346929978, 0.0]
     assert tops.attitude[0] == pytest.approx(first, abs=1e-12)
@@ -61,7 +61,7 @@ def test_a_seed_gives_the_same_starts_for_ever():
     assert tops.momentum[1] == pytest.approx(second, abs=1e-12)
 
 
-def test_random_starts_are_even_in_the_volume_of_the_surface():
+def test_random_starts_are_uniform_on_the_energy_surface():
     """Check the heights z of a Lagrange top: their density is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
     found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
@@ -74,7 +74,7 @@ def test_random_starts_are_even_in_the_volume_of_the_surface():
     assert 0.005 < apart < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
 
 
-def test_the_grid_has_all_that_can_be_and_no_more():
+def test_the_grid_contains_exactly_the_possible_starts():
     words = {"energy": 0.6, "vertical": 0.8}
     found = kr.starts(TURNED, grid=(8, 10, 4), **words)
     z = -1 + (2 * np.arange(8) + 1) / 8
@@ -100,7 +100,7 @@ def least_energy(body, **words):
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
 @pytest.mark.parametrize("vertical, gravity", [(0.0, 1.0), (1.5, 0.7), (7.2, 1.0), (30.0, -1.3)])
-def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity):
+def test_impossible_energies_raise_with_the_least_energy(body, vertical, gravity):
     words = {"vertical": vertical, "gravity": gravity}
     least = least_energy(body, **words)
     rng = np.random.default_rng(8)
@@ -123,7 +123,7 @@ def test_the_least_energy_is_the_same_in_any_unit_of_length():
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])
-def test_starts_are_found_however_near_the_least_energy(body):
+def test_starts_are_found_close_to_the_least_energy(body):
     least = -body.mass * np.linalg.norm(body.com)
     for above in (1e-3, 1e-6, 1e-9, 1e-12):
         tops = kr.starts(body, energy=least * (1.0 - above), vertical=0.0, n=50)
@@ -134,7 +134,7 @@ def test_starts_are_found_however_near_the_least_energy(body):
 
 
 @pytest.mark.parametrize("energy, vertical", [(3.0, 1.0), (-0.6, 0.1), (20.0, -2.0)])
-def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
+def test_a_two_dimensional_grid_starts_at_turning_points_of_the_apex(energy, vertical):
     tops = kr.starts(TURNED, energy=energy, vertical=vertical, grid=(7, 9))
     start = kr.solve(tops, [0.0])
     rate = np.cross(start.velocity[:, 0], start.apex[:, 0])[:, 2]
@@ -168,12 +168,12 @@ def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
         ({"n": 30, "body": NEEDLE}, ValueError, "or the body is nearly a line"),
     ],
 )
-def test_starts_refuse(words, exception, message):
+def test_invalid_arguments_are_refused(words, exception, message):
     with pytest.raises(exception, match=message):
         kr.starts(**{"body": ASYMMETRIC, "energy": 2.0, "vertical": 0.1, **words})
 
 
-def test_a_start_of_the_very_least_energy_is_one():
+def test_a_start_with_exactly_the_least_energy_exists():
     asked = {"body": TOP.body, "vertical": 1.0, "n": 0}
     with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
         kr.starts(energy=-5.0, **asked)
@@ -185,14 +185,14 @@ def test_a_start_of_the_very_least_energy_is_one():
     np.testing.assert_allclose(level.momentum, [(0, 0, 1)] * 3, atol=2e-6)
 
 
-def test_no_start_at_all_may_be_asked_for():
+def test_zero_starts_may_be_requested():
     assert kr.starts(TOP.body, energy=2.0, vertical=1.0, n=0).shape == (0,)
     for wrong in ({"n": -1}, {"n": 3, "seed": -1}, {"grid": (0, 3)}, {"grid": (1, 2, 0)}):
         with pytest.raises(ValueError, match=r"must be|must not"):
             kr.starts(TOP.body, energy=2.0, vertical=1.0, **wrong)
 
 
-def test_starts_are_the_same_in_blocks_of_any_size(monkeypatch):
+def test_starts_do_not_depend_on_the_block_size(monkeypatch):
     asked = {"energy": 2.0, "vertical": 1.0, "n": 11, "seed": 6}
     whole = kr.starts(TOP.body, **asked)
     monkeypatch.setattr(starts, "_ROWS", 4)
@@ -203,7 +203,7 @@ def test_starts_are_the_same_in_blocks_of_any_size(monkeypatch):
 
 @pytest.mark.parametrize("grid", [(3, 4), (2, 3, 1), (2, 3, 2), (2, 3, 5)])
 @pytest.mark.parametrize("body", [TOP.body, THESIS.body, FREE.body, BALL])
-def test_starts_of_a_grid_are_all_apart_and_on_the_surface(grid, body):
+def test_grid_starts_are_distinct_and_on_the_energy_surface(grid, body):
     tops = kr.starts(body, energy=6.0, vertical=-0.5, grid=grid, gravity=-0.5)
     assert len(tops) == math.prod(grid) * (2 if len(grid) == 2 else 1)
     rows = np.concatenate([tops.momentum, tops.attitude], axis=1).round(9)
@@ -213,7 +213,7 @@ def test_starts_of_a_grid_are_all_apart_and_on_the_surface(grid, body):
     np.testing.assert_allclose(path.vertical_momentum[:, 0], -0.5, rtol=1e-12)
 
 
-def test_verticals_turn_by_the_shortest_way():
+def test_verticals_are_rotated_by_the_smallest_angle():
     ways = np.array([(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
     turns = starts._shortest_rotations(ways.astype(float))
     expected = np.array(
@@ -253,7 +253,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     assert wide.wide.tolist() == [1.0, 1.0] and wide.angle.tolist() == [1.0, 2.0]
 
 
-def test_the_least_energy_is_that_of_the_lower_of_two_hollows():
+def test_the_least_energy_is_the_lower_of_two_minima():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
         with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:

@@ -30,7 +30,7 @@ def block(tops, index):
 
 
 def assert_same(tops, scene_at):
-    """Assert that each member equals its scene bit by bit, in Python and in the core."""
+    """Assert that each member is bitwise equal to its scene, in Python and in the core."""
     assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)
@@ -44,7 +44,7 @@ def body_at(body, j):
 
 @pytest.mark.parametrize("body", [CORNER, MANY], ids=["one body", "many"])
 @pytest.mark.parametrize("word", ["momentum", "velocity", "body_momentum", "body_velocity"])
-def test_a_member_is_the_scene_of_its_words(word, body):
+def test_members_equal_scenes_with_the_same_arguments(word, body):
     tops = kr.Ensemble(body, attitude=Q, gravity=G, damping=D, **{word: M})
     assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
     assert_same(
@@ -59,7 +59,7 @@ def test_a_member_is_the_scene_of_its_words(word, body):
     )
 
 
-def test_attitudes_come_in_any_words():
+def test_attitudes_are_accepted_in_every_form():
     turns = Rotation.from_quat(Q)
     single = Q.astype(np.float32)
     assert_same(
@@ -76,7 +76,7 @@ def test_attitudes_come_in_any_words():
 
 
 @pytest.mark.parametrize("n", [(), (3,), (2, 3), (3, 3), (4, 1, 3), (0,), (2, 0)])
-def test_ensembles_of_any_shape(n):
+def test_ensembles_may_have_any_shape(n):
     m = RNG.normal(size=(*n, 3))
     tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.2, 0.3))
     assert tops.shape == n and tops.gravity.shape == n and tops.attitude.shape == (*n, 4)
@@ -85,7 +85,7 @@ def test_ensembles_of_any_shape(n):
 
 
 @pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
-def test_the_words_of_the_textbooks_have_the_bits_of_one(body):
+def test_textbook_starts_equal_single_scenes_bitwise(body):
     angles, rates = RNG.uniform(-3, 3, (4, 3, 3)), RNG.normal(size=(3, 3))
     assert_same(
         kr.Ensemble.from_euler(body, 40 * angles, rates, degrees=True, gravity=G),
@@ -113,7 +113,7 @@ def test_the_words_of_the_textbooks_have_the_bits_of_one(body):
 
 @pytest.mark.parametrize("fast", [True, False])
 @pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
-def test_steady_precessions_have_the_bits_of_one(body, fast):
+def test_steady_precessions_equal_single_scenes_bitwise(body, fast):
     assert_same(
         kr.Ensemble.spinning(body, SPIN, TILT, steady=True, fast=fast, gravity=G),
         lambda at: kr.Scene.spinning(
@@ -127,7 +127,7 @@ def test_steady_precessions_have_the_bits_of_one(body, fast):
     )
 
 
-def test_general_bodies_by_the_angles_of_their_apex():
+def test_general_bodies_may_start_from_angles_of_the_apex():
     angles = RNG.uniform(-3, 3, (3, 3))
     tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
     assert_same(tops, lambda at: kr.Scene.from_euler(MANY[at], angles[at], (0, 0, 1)))
@@ -148,7 +148,7 @@ KEYS = [
 
 
 @pytest.mark.parametrize("key", KEYS, ids=str)
-def test_places_are_taken_as_of_arrays(key):
+def test_indexing_follows_numpy(key):
     order = np.arange(12).reshape(4, 3)
     expected, found = order[key], FULL[key]
     if not isinstance(expected, np.ndarray):
@@ -164,7 +164,7 @@ def test_places_are_taken_as_of_arrays(key):
 
 
 @pytest.mark.parametrize("key", [4, -5, (0, 3), (0, 0, 0), "x", 1.5, [7], [[0.5]], 10**30, {}])
-def test_other_places_are_refused_as_of_arrays(key):
+def test_invalid_indices_raise_index_error(key):
     with pytest.raises(IndexError):
         FULL[key]
 
@@ -206,7 +206,7 @@ def test_bodies_in_lists_stay_unphysical():
     assert [tops[0].body.unphysical, tops[1].body.unphysical] == [True, False]
 
 
-def test_what_they_share_is_held_once():
+def test_shared_values_are_stored_once():
     n = 10**5
     m = np.random.default_rng(1).normal(size=(n, 3))
     tracemalloc.start()
@@ -221,7 +221,7 @@ def test_what_they_share_is_held_once():
     assert kr.Ensemble(CORNER, momentum=seen).momentum.strides[0] == 0
 
 
-def test_nothing_changes_an_ensemble():
+def test_ensembles_are_immutable():
     given = M.copy()
     tops = kr.Ensemble(CORNER, momentum=given)
     given[:] = np.nan
@@ -259,7 +259,7 @@ def test_the_core_refuses_columns_of_another_shape():
 # Boundary values
 
 
-def test_lists_are_nested_up_to_an_edge():
+def test_the_nesting_of_lists_is_limited():
     def nest_list(depth):
         made = THESIS
         for _ in range(depth):
@@ -272,7 +272,7 @@ def test_lists_are_nested_up_to_an_edge():
             kr.Ensemble.of(nest_list(depth))
 
 
-def test_equal_bodies_of_other_bits_are_not_made_one():
+def test_unequal_bodies_are_not_merged():
     one, other = (kr.Body(1.0, (4.0, 4.5, 3.0), (0.0, 0.0, z)) for z in (1.0, 1.5))
     mixed = kr.Ensemble.of([THESIS.replace(body=b) for b in (one, one, other)])
     np.testing.assert_array_equal(mixed.body.com[:, 2], [1.0, 1.0, 1.5])
@@ -280,7 +280,7 @@ def test_equal_bodies_of_other_bits_are_not_made_one():
     assert same.body is one
 
 
-def test_signs_of_nothing_are_kept():
+def test_zeros_of_either_sign_are_accepted():
     plus, minus = (kr.Body(1.0, (2.0, 2.0, 1.0), (z, 0.0, 0.5)) for z in (0.0, -0.0))
     both = kr.Ensemble.of([THESIS.replace(body=body) for body in (plus, minus)])
     assert both.shape == (2,) and np.all(both.body.com == [0.0, 0.0, 0.5])

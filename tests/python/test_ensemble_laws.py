@@ -1,4 +1,4 @@
-"""Independence of ensemble members: the results and failures of a member depend on no other."""
+"""Independence of ensemble members: no member's results or failures depend on other members."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -13,11 +13,11 @@ WHOLE = kr.solve(TOPS, TIMES)
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
-def test_bits_do_not_depend_on_the_threads(threads):
+def test_results_do_not_depend_on_threads(threads):
     assert same(kr.solve(TOPS, TIMES, threads=threads), WHOLE)
 
 
-def test_bits_do_not_depend_on_who_moves_the_tops():
+def test_results_do_not_depend_on_the_executor():
     with ThreadPoolExecutor(2) as pool:
         assert same(kr.solve(TOPS, TIMES, executor=pool), WHOLE)
     with ProcessPoolExecutor(2) as pool:
@@ -28,7 +28,7 @@ def test_bits_do_not_depend_on_who_moves_the_tops():
 @pytest.mark.parametrize(
     "some", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
 )
-def test_bits_do_not_depend_on_the_others(some):
+def test_results_do_not_depend_on_other_members(some):
     assert same(kr.solve(TOPS[some], TIMES), WHOLE[some])
 
 
@@ -45,7 +45,7 @@ LOW = [kr.events.nutation(direction=1)]
         {"method": "geometric", "error": 1e-14},
     ],
 )
-def test_other_processes_tell_as_much(words):
+def test_process_pools_report_the_same_failures_and_messages(words):
     square = TOPS[:40].reshape(5, 8)
     here = kr.solve(square, TIMES, **words)
     with ProcessPoolExecutor(2) as pool:
@@ -56,7 +56,7 @@ def test_other_processes_tell_as_much(words):
         assert here.message(place) == there.message(place)
 
 
-def test_bits_do_not_depend_on_the_shape():
+def test_results_do_not_depend_on_the_shape():
     square = kr.solve(TOPS.reshape(15, 20), TIMES)
     assert np.array_equal(square.states.reshape(N, len(TIMES), 8), WHOLE.states)
     assert same(square[3, 2:5], WHOLE[62:65]) and same(square[:, 4], WHOLE[4::20])
@@ -66,7 +66,7 @@ def test_bits_do_not_depend_on_the_shape():
     assert same_path(alone[()], WHOLE[0])
 
 
-def test_bits_do_not_depend_on_what_else_is_asked_for():
+def test_results_do_not_depend_on_other_requests():
     more = kr.solve(TOPS, [0.0, 0.1, 0.5, 1.7, 2.0, 5.0])
     assert np.array_equal(more.states[:, [0, 2, 4, 5]], WHOLE.states)
     own = kr.solve(TOPS, np.tile(TIMES, (N, 1)))
@@ -74,7 +74,7 @@ def test_bits_do_not_depend_on_what_else_is_asked_for():
 
 
 @pytest.mark.parametrize("name", kr.methods)
-def test_a_top_is_moved_as_if_it_were_alone(name):
+def test_members_move_like_single_tops(name):
     method = kr.methods[name]
     suited = [scene for scene in SCENES if method.suits(scene)]
     words = {} if method.adaptive else {"step": 0.125}
@@ -90,7 +90,7 @@ def test_a_top_is_moved_as_if_it_were_alone(name):
 
 
 @pytest.mark.parametrize("name", ["auto", "taylor"])
-def test_taylor_errs_as_much_as_alone(name):
+def test_taylor_errors_in_ensembles_are_like_those_of_single_tops(name):
     tops = random_ensemble(60, seed=5)[np.arange(60) % 3 > 0]
     times = np.linspace(0, 50, 11)
     many = kr.solve(tops, times, name)
@@ -103,7 +103,7 @@ def test_taylor_errs_as_much_as_alone(name):
     assert 0.0 < np.median(mine) < 3.0 * np.median(its) and max(mine) < 10.0 * max(its)
 
 
-def test_a_top_that_fails_loses_nothing_else():
+def test_a_failed_top_does_not_affect_others():
     bounded = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
     failed = bounded.status != 0
     assert 0 < failed.sum() < N and bounded.failed.tolist() == np.flatnonzero(failed).tolist()
@@ -118,7 +118,7 @@ def test_a_top_that_fails_loses_nothing_else():
     assert set(bounded.status_names[failed]) == {"ERR_LIMIT"} and (bounded.steps <= 12).all()
 
 
-def test_a_limit_of_steps_means_the_same_for_one_top_and_for_many():
+def test_max_steps_is_the_same_for_one_top_and_an_ensemble():
     times = [1.0, 2.0, 3.0, 5.0]
     for limit in (1, 2, 3):
         many = kr.solve(kr.Ensemble.of([kr.scenes.thesis]), times, max_steps=limit)
@@ -130,7 +130,7 @@ def test_a_limit_of_steps_means_the_same_for_one_top_and_for_many():
     assert enough.failed.size == 0
 
 
-def test_a_failure_has_the_path_of_a_run_that_fails():
+def test_a_failed_member_has_the_path_of_a_failed_single_run():
     bounded = kr.solve(UNDAMPED, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
     assert len(bounded.failed) == len(UNDAMPED)
     for i, scene in enumerate(UNDAMPED):
@@ -146,7 +146,7 @@ def test_a_failure_has_the_path_of_a_run_that_fails():
     assert same_path(first.value.path, bounded[0])
 
 
-def test_what_is_wrong_with_one_top_alone_is_its_status():
+def test_errors_of_one_member_are_its_status():
     fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)])
     late = kr.solve(fast, [1.0, 2.0])
     assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION", "OK"]
@@ -159,7 +159,7 @@ def test_what_is_wrong_with_one_top_alone_is_its_status():
     assert "would suffice" in large.message(1)
 
 
-def test_reductions_have_the_bits_of_any_threads():
+def test_reductions_do_not_depend_on_threads():
     asked = {"nutation": ("min", "max", "mean", "variance", "last", "where_min", "where_max")}
     first, *others = (kr.reduce(TOPS, TIMES, asked, threads=n) for n in (1, 2, 3))
     with ProcessPoolExecutor(2) as pool:

@@ -10,7 +10,7 @@ THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
-def test_threads_are_no_more_than_can_be():
+def test_threads_are_limited():
     assert [ensemble_options.parse_threads(n, None) for n in (1, 1024, 1025, 10**9)] == [
         1,
         1024,
@@ -27,7 +27,7 @@ def test_threads_are_no_more_than_can_be():
 
 
 @pytest.mark.parametrize("count, threads", [(None, 1), (3, 3)])
-def test_where_nobody_tells_who_may_run_all_processors_do(monkeypatch, count, threads):
+def test_all_processors_are_used_if_affinity_is_unknown(monkeypatch, count, threads):
     monkeypatch.delattr(ensemble_options.os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(ensemble_options.os, "cpu_count", lambda: count)
     assert ensemble_options.parse_threads(None, None) == threads

@@ -1,4 +1,4 @@
-"""Invalid arguments of ensembles, and interruptions, after which finished members are kept."""
+"""Invalid arguments and interruptions of ensembles: finished members are kept."""
 
 import contextlib
 import signal
@@ -58,7 +58,7 @@ def verb_of(words):
         ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out receives states"),
     ],
 )
-def test_words_are_refused(words, kind, says):
+def test_invalid_arguments_are_refused(words, kind, says):
     with pytest.raises(kind, match=says):
         verb_of(words)(MIXED, TIMES, **words)
 
@@ -82,12 +82,12 @@ def test_words_are_refused(words, kind, says):
         ),
     ],
 )
-def test_times_are_refused(t, says):
+def test_invalid_times_are_refused(t, says):
     with pytest.raises(ValueError, match=says):
         kr.solve(MIXED, t)
 
 
-def test_more_than_there_is_memory_for_is_refused():
+def test_requests_beyond_the_memory_are_refused():
     many = kr.Ensemble(SCENES[0].body, momentum=np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3)))
     with pytest.raises(MemoryError, match="with 10000001 states each need"):
         kr.solve(many, 1e5, "strang", step=0.01, every=1)
@@ -95,7 +95,7 @@ def test_more_than_there_is_memory_for_is_refused():
         kr.solve(many, np.full((10**6, 1), 1e300), "strang", step=1e-9)
 
 
-def test_words_of_many_are_refused_for_one():
+def test_ensemble_arguments_are_refused_for_single_scenes():
     for verb in (kr.solve, kr.stream):
         with pytest.raises(ValueError, match=r"threads: only for a kreisel\.Ensemble"):
             verb(SCENES[0], [1.0], threads=2)
@@ -105,7 +105,7 @@ def test_words_of_many_are_refused_for_one():
         kr.plan(SCENES[0], [1.0], threads=2, reduce=SPIN)
 
 
-def test_verbs_for_one_top_say_so():
+def test_functions_of_one_top_refuse_ensembles():
     for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
         with pytest.raises(TypeError, match=r"kreisel.Scene, .* select one member by its index"):
             verb(MIXED)
@@ -153,7 +153,7 @@ def short_and_long_times(n):
 
 
 @pytest.mark.parametrize("words", [{}, {"digits": 20}, {"want": ["nutation"]}, {"threads": 1}])
-def test_ctrl_c_keeps_what_is_done(words):
+def test_ctrl_c_keeps_finished_members(words):
     with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
         kr.solve(TOPS, short_and_long_times(400), "taylor", **words)
     paths = stop.value.paths
@@ -167,7 +167,7 @@ def test_ctrl_c_keeps_what_is_done(words):
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
 
-def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
+def test_ctrl_c_interrupts_a_thread_that_waits_for_another():
     times = short_and_long_times(64) * 1e-6
     times[-1] *= 1e6  # the thread with this top runs long, the other thread finishes immediately
     for _ in range(4):  # either of the threads may have this top
@@ -176,7 +176,7 @@ def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
         assert list(stop.value.paths.failed) == [63]
 
 
-def test_ctrl_c_is_told_beside_tops_that_failed():
+def test_ctrl_c_is_reported_together_with_failed_tops():
     times = short_and_long_times(400)
     times[0, -1] = 1e300  # a double cannot resolve the attitude at this time
     with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
@@ -187,14 +187,14 @@ def test_ctrl_c_is_told_beside_tops_that_failed():
 
 
 @pytest.mark.parametrize("words", [{"method": "geometric", "error": 1e-9}, {"reductions": SPIN}])
-def test_ctrl_c_ends_all_that_is_asked_for(words):
+def test_ctrl_c_ends_every_kind_of_request(words):
     with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
         verb_of(words)(TOPS, 1e6, **words)
     assert len(stop.value.paths.status) == 400 and stop.value.paths.failed.size
 
 
 @pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
-def test_ctrl_c_ends_what_an_executor_does(pool):
+def test_ctrl_c_ends_the_work_of_an_executor(pool):
     with pool(2) as executor:
         times = short_and_long_times(400)
         # the test does not wait for the other processes, so they must end by themselves
@@ -206,7 +206,7 @@ def test_ctrl_c_ends_what_an_executor_does(pool):
             future.cancel()
 
 
-def test_progress_goes_from_none_to_all_and_may_stop():
+def test_progress_rises_to_one_and_may_stop_the_call():
     told = []
 
     def stop(part):
@@ -222,7 +222,7 @@ def test_progress_goes_from_none_to_all_and_may_stop():
     assert told[-1] == 1.0
 
 
-def test_other_threads_may_solve_too():
+def test_several_threads_may_solve_at_once():
     found = []
     threads = [threading.Thread(target=lambda: found.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
     for thread in threads:
@@ -232,7 +232,7 @@ def test_other_threads_may_solve_too():
     assert len(found) == 2 and same(*found)
 
 
-def test_closed_forms_of_an_ensemble_are_those_of_each():
+def test_closed_forms_of_an_ensemble_equal_those_of_members():
     tops = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
     forms = kr.exact(tops)
     own = np.random.default_rng(3).normal(size=(4, 3, 5))

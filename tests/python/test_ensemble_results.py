@@ -17,7 +17,7 @@ PATHS = kr.solve(GRID, TIMES)
 QUANTITIES = ["apex", "frame", "nutation", "energy", "body_velocity", "kowalewski", "spin_angle"]
 
 
-def test_quantities_have_the_bits_of_each_path():
+def test_quantities_equal_those_of_single_paths_bitwise():
     many = kr.solve(MIXED, TIMES)
     for name in QUANTITIES:
         values = getattr(many, name)
@@ -28,7 +28,7 @@ def test_quantities_have_the_bits_of_each_path():
     assert not many.q_low.any() and many.m_low.shape == many.m.shape
 
 
-def test_what_is_wanted_alone_is_kept():
+def test_only_wanted_quantities_are_stored():
     for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
         some = kr.solve(MIXED, TIMES, want=want)
         for name in want:
@@ -46,7 +46,7 @@ def test_what_is_wanted_alone_is_kept():
     assert np.isnan(stopped.nutation[:, 1]).all() and len(stopped[0]) == 2
 
 
-def test_places_are_those_of_an_array():
+def test_indexing_follows_numpy():
     numbers = np.arange(12).reshape(4, 3)
     for key in (
         0,
@@ -76,7 +76,7 @@ def test_places_are_those_of_an_array():
         _ = PATHS.nutatio
 
 
-def test_results_go_through_pickles():
+def test_results_survive_pickling():
     for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
         again = pickle.loads(pickle.dumps(paths))
         assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
@@ -89,7 +89,7 @@ def test_results_go_through_pickles():
     assert str(again) == str(error.value) and same(again.paths, failed)
 
 
-def test_reductions_are_those_of_the_states():
+def test_reductions_equal_those_of_the_states():
     kinds = "min", "max", "mean", "variance", "last", "where_min", "where_max"
     kept = kr.reduce(GRID, TIMES, {"nutation": kinds, "apex": ("max",), "m_x": "last"})
     nutation, t = PATHS.nutation, np.array(TIMES)
@@ -111,7 +111,7 @@ def test_reductions_are_those_of_the_states():
         kept["nutatio"]
 
 
-def test_what_failed_has_nothing_to_keep():
+def test_failed_tops_have_empty_reductions():
     kept = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
     assert np.isnan(kept["spin"]["max"]).all() and (kept.state_counts == 1).all()
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
@@ -119,7 +119,7 @@ def test_what_failed_has_nothing_to_keep():
     assert error.value.paths is kept and error.value.path.t.tolist() == [kept.reached[0]]
 
 
-def test_states_go_into_an_array_that_is_given():
+def test_states_are_written_into_a_given_array():
     out = np.full((4, 3, len(TIMES), 8), 7.0)
     paths = kr.solve(GRID, TIMES, out=out)
     assert np.shares_memory(paths.states, out) and np.array_equal(out, PATHS.states)
@@ -147,7 +147,7 @@ def test_tables_have_the_names_of_the_axes_and_units():
 
 
 @pytest.mark.parametrize("digits", [20, 30])
-def test_low_words_are_those_of_each_top_alone(digits):
+def test_low_words_equal_those_of_single_tops(digits):
     many = kr.solve(MIXED, TIMES, digits=digits)
     wanted = kr.solve(MIXED, TIMES, digits=digits, want=["q_low", "nutation"])
     assert np.array_equal(wanted.q_low, many.q_low) and many.method == "auto"
@@ -158,7 +158,7 @@ def test_low_words_are_those_of_each_top_alone(digits):
     assert not np.array_equal(many[1:3][0].q_low, 0 * many[1].q)
 
 
-def test_events_are_those_of_each_top_alone():
+def test_events_equal_those_of_single_tops():
     low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, max_count=1)
     ends = kr.events.nutation(direction=-1, max_count=1, terminal=True)
     for events in (low, [low, high], [low, ends]):
@@ -177,7 +177,7 @@ def test_events_are_those_of_each_top_alone():
     assert square.top.shape == (len(square), 2) and square.q.shape == (len(square), 4)
 
 
-def test_a_method_is_chosen_for_each_top():
+def test_geometric_chooses_a_method_for_each_top():
     tops = MIXED[:5]
     many = kr.solve(tops, [0.5, 2.0], "geometric", error=1e-6)
     assert many.method == "geometric" and not many.failed.size
@@ -190,7 +190,7 @@ def test_a_method_is_chosen_for_each_top():
     assert np.array_equal(still.q[:, 1], tops.attitude) and not still.failed.size
 
 
-def test_streams_are_the_whole_in_pieces():
+def test_streams_equal_the_whole_result():
     pieces = list(kr.stream(GRID, TIMES, chunk=20))
     assert [len(piece) for piece in pieces] == [5, 5, 2]
     assert np.array_equal(
@@ -204,7 +204,7 @@ def test_streams_are_the_whole_in_pieces():
     assert told[-1] == 1.0 and len(told) == 5
 
 
-def test_plans_count_the_ways_and_the_bytes():
+def test_plans_count_tops_by_solver_and_bytes():
     plan = kr.plan(MIXED, TIMES, threads=2)
     assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.threads == 2
     assert plan.states == 4 and plan.bytes >= 6 * 4 * 64 and 0.0 < plan.seconds < 10.0
@@ -218,7 +218,7 @@ def test_plans_count_the_ways_and_the_bytes():
     assert kr.plan(MIXED, [1.0]).seconds > 0.0 == kr.plan(MIXED, []).seconds
 
 
-def test_the_time_of_a_plan_goes_with_the_way_and_with_the_states(monkeypatch):
+def test_the_time_estimate_scales_with_duration_and_states(monkeypatch):
     """Check how the time estimate of a plan scales, with a timer that always returns one second."""
     monkeypatch.setattr(time, "perf_counter", itertools.count().__next__)
     words = {"method": "strang", "step": 0.001, "threads": 1}
@@ -235,7 +235,7 @@ def test_the_time_of_a_plan_goes_with_the_way_and_with_the_states(monkeypatch):
 # Boundary values
 
 
-def test_a_top_of_many_with_one_time():
+def test_members_with_a_single_time_equal_single_tops():
     for t, step in ((1.0, 0.125), (-1.0, -0.125)):
         path = kr.solve(MANY, [t], "strang", step=0.125)
         assert path[0, 1].t.tolist() == [t] and path[0, 1].step == step
@@ -253,6 +253,6 @@ def test_reductions_are_a_mapping_that_shows_its_names():
     assert "shape (2, 3), nutation: min max, apex: mean" in repr(reduced)
 
 
-def test_events_of_an_empty_ensemble_are_none():
+def test_an_empty_ensemble_has_no_events():
     events = kr.solve(MANY[:0], 9.0, events=kr.events.nutation()).events
     assert events.t.shape == (0,) and events.states.shape == (0, 8) and events.count.shape == (0, 3)

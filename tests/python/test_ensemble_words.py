@@ -1,4 +1,4 @@
-"""Arguments of ensembles: axis names, vary, scatter, random starts, and refusals by index."""
+"""Arguments of ensembles: axis names, vary, scatter, random starts, and errors with an index."""
 
 import math
 
@@ -39,11 +39,11 @@ EACH = np.ones((4, 3))
         (TOP.vary(spin=SPIN, tilt=TILT).ravel(), ("top",)),
     ],
 )
-def test_a_word_that_alone_varies_names_its_dimension(tops, axes):
+def test_a_parameter_that_varies_alone_names_its_axis(tops, axes):
     assert tops.axes == axes
 
 
-def test_words_that_vary_are_kept_as_they_were_given():
+def test_varied_parameters_are_stored_as_given():
     tops = TOP.vary(spin=SPIN, tilt=TILT)
     assert [*tops.coords] == ["spin", "tilt"] and np.array_equal(tops.coords["spin"], SPIN)
     assert np.array_equal(np.ravel(tops.coords["tilt"]), TILT)
@@ -57,7 +57,7 @@ def test_words_that_vary_are_kept_as_they_were_given():
         tops.coords["spin"] = TILT
 
 
-def test_spin_and_tilt_vary_as_spinning_makes_them():
+def test_varied_spin_and_tilt_equal_scene_spinning():
     tops = TOP.vary(spin=SPIN, tilt=TILT)
     steady = TOP.vary(spin=30 + SPIN, tilt=TILT, steady=True)
     degrees = TOP.vary(spin=20, tilt=[10, 20], precession=3, degrees=True)
@@ -80,7 +80,7 @@ def test_spin_and_tilt_vary_as_spinning_makes_them():
     ],
     ids=str,
 )
-def test_what_is_not_given_is_the_scenes_own(words):
+def test_unvaried_parameters_equal_those_of_the_scene(words):
     varied = MOVING.vary(**words)[()]
     np.testing.assert_allclose(varied.momentum, MOVING.momentum, rtol=0, atol=1e-14)
     assert kr.attitude_error(varied.attitude, MOVING.attitude) < 1e-15
@@ -119,14 +119,14 @@ WIDTHS = [
 
 
 @pytest.mark.parametrize("widths", WIDTHS, ids=str)
-def test_a_random_start_depends_on_seed_and_index_alone(widths):
+def test_a_random_start_depends_only_on_seed_and_index(widths):
     few, many = TOP.scatter(10, seed=3, **widths), TOP.scatter(9000, seed=3, **widths)
     assert few[3]._block == many[3]._block and few == many[:10] and few[5:] == many[5:10]
     assert few != TOP.scatter(10, seed=4, **widths) and few.axes == ("top",)
     assert few[0] != few[1] and len(TOP.scatter(0, **widths)) == 0
 
 
-def test_each_word_is_scattered_by_itself_and_normally():
+def test_parameters_are_scattered_independently_and_normally():
     n = 100_000
     all_three = TOP.scatter(n, seed=1, momentum=(0.1, 0.2, 0.0), attitude=0.05, gravity=0.3)
     assert np.array_equal(all_three.gravity, TOP.scatter(n, seed=1, gravity=0.3).gravity)
@@ -149,7 +149,7 @@ def test_random_starts_are_the_same_on_every_machine():
     assert start[0] == pytest.approx(expected, abs=1e-14)
 
 
-def test_the_starts_of_tops_have_quantities():
+def test_initial_quantities_of_tops_are_available():
     tops = TOP.vary(spin=SPIN, tilt=TILT)
     energies = tops._core_scenes.values("energy").reshape(tops.shape)
     assert energies[2, 1] == kr.solve(tops[2, 1], [0.0]).energy[0]
@@ -185,7 +185,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("said", REFUSED)
-def test_the_first_that_is_refused_is_named(said):
+def test_the_first_invalid_top_is_named(said):
     with pytest.raises(ValueError, match=said):
         kr.Ensemble(CORNER, **({"momentum": EACH} | REFUSED[said]))
 
@@ -216,7 +216,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("said", OTHERS)
-def test_other_words_are_refused_as_for_one(said):
+def test_invalid_arguments_are_refused_as_for_one_scene(said):
     with pytest.raises(ValueError) as refused:
         OTHERS[said]()
     assert said in str(refused.value)
@@ -236,7 +236,7 @@ def test_other_types_are_refused():
 # Boundary values
 
 
-def test_a_turn_by_nothing_is_none():
+def test_a_rotation_by_zero_changes_nothing():
     q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
     with np.errstate(all="ignore"):
         turned = variation._rotate_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))

@@ -1,4 +1,4 @@
-"""Constructors of events: kreisel.events.cusp, separatrix and the like."""
+"""Constructors of events such as kreisel.events.cusp and kreisel.events.separatrix."""
 
 import dataclasses
 import math
@@ -10,13 +10,13 @@ from kreisel import events
 TOP = kr.scenes.asymmetric
 
 
-def test_a_cusp_may_be_as_near_to_rest_as_roundings_let_it():
+def test_the_tolerance_of_cusps_has_a_lower_bound():
     assert kr.events.cusp(within=1e-7)
     with pytest.raises(ValueError, match="within must be at least 1e-7"):
         kr.events.cusp(within=math.nextafter(1e-7, 0.0))
 
 
-def test_a_separatrix_without_gravity_is_that_of_the_free_body():
+def test_the_separatrix_without_gravity_is_that_of_the_free_body():
     free = TOP.replace(gravity=0.0)
     assert kr.events.separatrix(free) == kr.events.separatrix(
         TOP.replace(body=kr.Body(TOP.body.mass, TOP.body.inertia, (0, 0, 0)))

@@ -1,4 +1,4 @@
-"""Events: detection, terminal events, failures and refusals."""
+"""Events: detection, terminal events, failures and invalid arguments."""
 
 import os
 import pickle
@@ -42,15 +42,15 @@ def of_every_kind(scene):
 
 
 def changes(values, times):
-    """Return the index at which each interval with a sign change starts, and the sign after it."""
+    """Return the start index of each interval with a sign change, and the sign after the change."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
 
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
-def test_none_missed_none_twice(seed, damping):
-    """Compare events with sign changes between states that are 1000 times denser than the steps."""
+def test_no_event_is_missed_or_found_twice(seed, damping):
+    """Compare events with sign changes on a time grid that is 1000 times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -72,7 +72,7 @@ def test_none_missed_none_twice(seed, damping):
         assert np.array_equal(found.direction[found.which == i], into), i
 
 
-def test_path_is_the_same_to_the_last_bit():
+def test_events_do_not_change_the_path():
     times = np.linspace(0, 30, 301)
     for how in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
         plain = kr.solve(GENERAL, times, "taylor", **how)
@@ -94,7 +94,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
 
 
 def top_with_push(precession):
-    """Return a fast tilted top that starts with a given precession at its highest point."""
+    """Return a fast tilted top that starts at its highest point with a given precession rate."""
     body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
@@ -117,14 +117,14 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
         assert abs(count[0] - loops * nutations) <= 1
 
 
-def test_plane_is_a_section():
+def test_plane_events_form_a_section():
     for of, values in (("apex", "apex"), ("m", "m")):
         path = kr.solve(GENERAL, 100, events=[events.plane((1, 2, 0), 0.1, of, direction=1)])
         section = getattr(path.events.path, values)
         assert len(section) > 3 and np.abs(section @ (1, 2, 0) - 0.1).max() < 1e-13
 
 
-def test_the_separatrix_is_met_where_the_top_turns_over():
+def test_separatrix_events_occur_when_the_top_flips_over():
     body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
     tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
@@ -144,7 +144,7 @@ def test_the_separatrix_is_met_where_the_top_turns_over():
         )
 
 
-def test_terminal_ends_the_path_there():
+def test_a_terminal_event_ends_the_path():
     times = np.linspace(0, 50, 501)
     whole = kr.solve(GENERAL, times, events=[events.nutation(), events.loop()])
     third = np.flatnonzero(whole.events.which == 0)[2]
@@ -160,7 +160,7 @@ def test_terminal_ends_the_path_there():
     assert len(on) == len(rest) and np.abs(on.t + end - rest).max() < 1e-11
 
 
-def test_an_event_is_found_at_most_so_often():
+def test_max_count_limits_the_events():
     path = kr.solve(
         GENERAL, 50, events=[events.nutation(max_count=2), events.nutation(direction=-1)]
     )
@@ -171,7 +171,7 @@ def test_an_event_is_found_at_most_so_often():
     )
 
 
-def test_where_keeps_the_events_that_fulfil_it():
+def test_where_selects_events():
     high = {"apex_z": 1, "1": 0.4}
     both = kr.solve(
         GENERAL, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
@@ -180,7 +180,7 @@ def test_where_keeps_the_events_that_fulfil_it():
     assert 0 < (both.which == 1).sum() == wanted[both.which == 0].sum() < (both.which == 0).sum()
 
 
-def test_constant_of_the_motion_has_no_events():
+def test_a_constant_of_motion_has_no_events():
     vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
     wanted = [
         events.crossing({"m_z": 1}, 1.46),
@@ -191,7 +191,7 @@ def test_constant_of_the_motion_has_no_events():
     assert len(kr.solve(GENERAL, 10, events=[]).events) == len(kr.solve(GENERAL, 10).events) == 0
 
 
-def test_what_the_docstring_shows_runs():
+def test_docstring_examples_run():
     scope = {"kr": kr, "scene": GENERAL}
     lines = [line.strip() for line in events.__doc__.splitlines() if "kr." in line]
     exec("\n".join(lines), scope)
@@ -285,12 +285,12 @@ def test_what_the_docstring_shows_runs():
         ),
     ],
 )
-def test_what_is_no_event_is_refused(make, error, message):
+def test_invalid_events_are_refused(make, error, message):
     with pytest.raises(error, match=message):
         make()
 
 
-def test_failure_keeps_what_was_found():
+def test_a_failure_keeps_the_events_found():
     with pytest.raises(kr.Error) as failure:
         kr.solve(GENERAL, 100, events=[events.nutation()], max_steps=20)
     path = failure.value.path
@@ -317,7 +317,7 @@ except kr.Interrupted as stopped:
     assert found == 10 and 0 < reached < 1e7
 
 
-def test_threads_find_the_same():
+def test_events_do_not_depend_on_threads():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(4)]
     alone = [kr.solve(scene, 100, events=of_every_kind(scene)).events.states for scene in scenes]
     among = {}
@@ -332,8 +332,8 @@ def test_threads_find_the_same():
 
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
-def test_events_are_found_whatever_is_wanted(want):
-    """Check that events which depend on the heading are found whatever quantities want= names."""
+def test_events_do_not_depend_on_wanted_quantities(want):
+    """Check that events that depend on the heading are found for every choice of `want`."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)
@@ -348,8 +348,8 @@ def test_events_are_found_whatever_is_wanted(want):
 
 
 @pytest.mark.parametrize("name", sorted(events.components))
-def test_a_component_by_its_name(name):
-    """Check that every component with a Taylor series can be used in events under its name."""
+def test_components_are_events_by_name(name):
+    """Check that every component with a Taylor series can be used by name in events."""
     if name == "1":
         with pytest.raises(ValueError, match="the function is constant"):
             events.crossing(name)
@@ -369,7 +369,7 @@ def test_a_component_by_its_name(name):
     np.testing.assert_allclose(there, level, rtol=0, atol=1e-13)
 
 
-def test_one_event_is_a_list_of_one():
+def test_a_single_event_counts_as_a_list():
     one, several = (kr.solve(GENERAL, 9, events=e) for e in (events.loop(), [events.loop()]))
     assert np.array_equal(one.events.states, several.events.states) and len(one.events) == 2
 
@@ -380,8 +380,8 @@ def test_an_event_cannot_be_changed():
 
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
-def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
-    """Check that the noise of an event function is due only to the terms of this function.
+def test_thin_bodies_have_all_energy_crossings(least):
+    """Check that the rounding noise of an event function comes only from its own terms.
 
     The fast rotation about the thin axis must not add to the noise.
     """

@@ -1,4 +1,4 @@
-"""Events of streams and resumed runs equal those of a single kreisel.solve bit by bit."""
+"""Events of streams and resumed runs, which equal those of a single kreisel.solve bit by bit."""
 
 import itertools
 import json
@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Return True if the events of consecutive paths equal those of one path bit by bit."""
+    """Return True if the events of consecutive paths are bitwise equal to those of one path."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name
@@ -41,7 +41,7 @@ def same(parts, whole):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
-def test_a_stream_meets_the_events_of_solve(words, chunk, sign):
+def test_a_stream_finds_the_events_of_solve(words, chunk, sign):
     times = sign * np.linspace(0, 30, 61)
     whole = kr.solve(GENERAL, times, events=LOOKED_FOR, **words)
     assert np.bincount(whole.events.which).min() >= 2
@@ -53,7 +53,7 @@ def test_a_stream_meets_the_events_of_solve(words, chunk, sign):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
-def test_a_run_that_is_saved_meets_the_events_of_solve(words, sign):
+def test_a_saved_run_finds_the_events_of_solve(words, sign):
     """Save between events, at events, and shortly before and after events."""
     met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
     near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
@@ -67,7 +67,7 @@ def test_a_run_that_is_saved_meets_the_events_of_solve(words, sign):
     assert run.events == tuple(LOOKED_FOR)
 
 
-def test_more_states_than_a_piece_holds():
+def test_events_are_found_across_chunks():
     times = np.linspace(0, 30, 40_000)
     whole = kr.solve(GENERAL, times, events=LOOKED_FOR)
     kept = kr.solve(GENERAL, times, events=LOOKED_FOR, want=("energy",))
@@ -112,7 +112,7 @@ def test_a_terminal_event_ends_a_run():
     assert len(on.events) > 2
 
 
-def test_a_terminal_event_ends_what_is_wanted():
+def test_a_terminal_event_ends_wanted_quantities():
     times = np.linspace(0, 50, 60_000)
     whole = kr.solve(GENERAL, times, events=LAST)
     kept = kr.solve(GENERAL, times, events=LAST, want=("apex",))
@@ -136,7 +136,7 @@ def test_a_stopped_run_loses_no_event():
     assert np.array_equal(met, whole.events.states)
 
 
-def test_many_times_heed_ctrl_c():
+def test_ctrl_c_works_with_dense_times():
     """Check that Ctrl-C works if the times are so dense that no step ends between two times."""
     code = """
 import numpy as np, kreisel as kr
@@ -153,14 +153,14 @@ except kr.Interrupted as stopped:
 
 
 @pytest.mark.parametrize("verb", [kr.solve, kr.stream])
-def test_every_needs_steps_that_events_do_not_have(verb):
+def test_every_is_refused_with_events(verb):
     with pytest.raises(ValueError, match="every needs a method of fixed step"):
         verb(GENERAL, 1.0, events=LOOKED_FOR, every=2)
     with pytest.raises(ValueError, match=r"events need the polynomials .* 'strang' computes none"):
         verb(GENERAL, 1.0, "strang", step=0.1, events=LOOKED_FOR, every=2)
 
 
-def test_a_run_says_what_it_looks_for():
+def test_a_run_shows_its_events():
     run = kr.start(GENERAL, events=events.nutation(), want=("energy",))
     assert run.method == "taylor" and run.events == (events.nutation(),)
     assert ("attitude", "events may need it") in run.plan.kept
@@ -192,7 +192,7 @@ def event_header(**words):
     return {"events": [ROW | words]}
 
 
-def test_a_forged_checkpoint_is_taken_where_nothing_is_wrong():
+def test_a_rewritten_valid_checkpoint_is_accepted():
     run = kr.start(GENERAL, events=[events.nutation()])
     run.to(5.0)
     assert kr.resume(forge_checkpoint(run)).to(9.0).events.t.size

@@ -34,7 +34,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_agrees_with_stepping(name):
+def test_closed_forms_agree_with_integration(name):
     scene = SCENES[name]
     path = kr.exact(scene)([2.0, -3.0, 0.0])
     assert path.method == "exact" and path.step is None and list(path.t) == [2.0, -3.0, 0.0]
@@ -47,14 +47,14 @@ def test_agrees_with_stepping(name):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_auto_takes_it(name):
+def test_auto_chooses_the_closed_form(name):
     path = kr.solve(SCENES[name], [1.0, 1e6])
     assert (path.method, path.step, path.tol) == ("exact", None, None)
     assert np.array_equal(path.t, [1.0, 1e6])
     assert kr.attitude_error(path.q, kr.exact(SCENES[name])([1.0, 1e6]).q).max() < 2e-15
 
 
-def test_a_number_gives_one_state_with_the_same_bits():
+def test_a_single_time_gives_one_state_with_the_same_bits():
     top = kr.exact(TILTED)
     many = top(np.linspace(-50.0, 1e5, 200))
     for t in (
@@ -71,8 +71,8 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
-def test_rates_are_those_of_the_axis(name):
-    """Check that after a period the apex is at the same height, rotated by precession * period."""
+def test_rates_agree_with_the_motion_of_the_axis(name):
+    """Check that the apex has its initial height after a period, rotated by precession * period."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex
@@ -81,7 +81,7 @@ def test_rates_are_those_of_the_axis(name):
     assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
 
 
-def test_no_state_takes_a_step():
+def test_closed_forms_take_no_steps():
     for exact in kr.exact(THESIS), kr.exact(THESIS, map="bobenko_suris", step=0.1):
         assert exact([3, 5]).stats == (0, 0, 0, 0)
 
@@ -94,7 +94,7 @@ def test_a_path_of_a_closed_form_has_its_method_and_step():
         assert path.plan.method == method and path.energy_error < 1e-2
 
 
-def test_many_scenes_at_once():
+def test_several_scenes_equal_single_scenes():
     scenes = list(SCENES.values())
     many, alone = kr.exact(scenes), [kr.exact(scene) for scene in scenes]
     times = [0.0, -7.5, 1e5]
@@ -106,7 +106,7 @@ def test_many_scenes_at_once():
     assert many([]).shape == (len(scenes), 0, 8)
 
 
-def test_rates_of_the_map_tend_to_the_tops():
+def test_rates_of_the_map_converge_to_those_of_the_top():
     top, coarse, fine = (
         kr.exact(TILTED),
         *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
@@ -200,12 +200,12 @@ def test_scenes_without_a_closed_form_are_refused():
         (lambda: kr.solve(THESIS, 1, method="exact", every=2), ValueError, "exact has none"),
     ],
 )
-def test_wrong_words_are_refused(call, error, match):
+def test_invalid_arguments_are_refused(call, error, match):
     with pytest.raises(error, match=match):
         call()
 
 
-def test_of_many_tops_the_same_times_are_refused_as_of_one():
+def test_unresolvable_times_are_refused_for_one_and_many_tops():
     """Check that t = 2^54 is refused, because a double cannot resolve the heading at this time."""
     slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
     for top in kr.exact(slow), kr.exact([slow]):
@@ -214,13 +214,13 @@ def test_of_many_tops_the_same_times_are_refused_as_of_one():
             top(2.0**54)
 
 
-def test_closed_forms_are_values():
+def test_copies_of_closed_forms_are_equal():
     top = kr.exact(THESIS)
     for other in (copy.deepcopy(top), pickle.loads(pickle.dumps(top))):
         assert other == top and np.array_equal(other(3.0).states, top(3.0).states)
 
 
-def test_the_period_of_a_free_body_is_half_of_that_of_its_momentum():
+def test_the_body_momentum_of_a_free_body_returns_after_two_periods():
     form = kr.exact(kr.scenes.dzhanibekov)
     states = form(np.array([0.3, 0.3 + form.period, 0.3 + 2.0 * form.period]))
     first, half, whole = states.body_velocity
@@ -232,7 +232,7 @@ def test_the_period_of_a_free_body_is_half_of_that_of_its_momentum():
 # Boundary values
 
 
-def test_a_map_counts_up_to_an_edge():
+def test_step_numbers_of_a_map_are_limited():
     mapped = kr.exact(THESIS, map="bobenko_suris", step=0.1)
     assert len(mapped([0, 2**53 - 1])) == 2 and len(mapped([])) == 0 and len(mapped(-3)) == 1
     for wrong in (2**53, -(2**53), 0.5, [1, 2.5]):
@@ -240,7 +240,7 @@ def test_a_map_counts_up_to_an_edge():
             mapped(wrong)
 
 
-def test_closed_forms_of_many_are_those_of_one():
+def test_closed_forms_of_an_ensemble_equal_single_ones():
     told = kr.exact(MANY)
     assert len(told) == 2 and len(told.scenes) == 6 and told([]).shape == (2, 3, 0, 8)
     own = np.arange(12.0).reshape(2, 3, 2) - 5.0
@@ -272,13 +272,13 @@ def test_scenes_without_closed_form_are_counted():
         kr.exact([])
 
 
-def test_closed_forms_of_many_refuse_times_that_no_double_tells():
+def test_closed_forms_of_an_ensemble_refuse_unresolvable_times():
     many = kr.exact([THESIS, THESIS])
     with pytest.raises(ValueError):
         many(1e300)
 
 
-def test_closed_forms_refuse_what_they_have_none_for():
+def test_scenes_and_maps_without_closed_form_are_refused():
     with pytest.raises(ValueError, match="no closed form is known"):
         kr.exact(TOP)
     with pytest.raises(ValueError, match=r"scene\[1\]"):

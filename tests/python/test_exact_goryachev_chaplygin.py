@@ -34,18 +34,18 @@ def test_a_member_with_vertical_momentum_fails_alone():
     assert np.array_equal(paths[0].q, kr.solve(SCENE, 1.0, method="exact").q)
 
 
-def test_methods_know_which_scenes_suit():
+def test_suits_selects_the_right_scenes():
     exact = kr.methods["exact"]
     assert exact.applies_to(BODY) and exact.suits(SCENE)
     assert not exact.suits(SCENE.replace(momentum=(0.9, 2.1, 1e-3)))
 
 
-def test_a_vertical_momentum_of_a_roundings_size_has_a_mismatch():
+def test_a_vertical_momentum_of_rounding_size_is_a_mismatch():
     top = kr.exact(SCENE.replace(momentum=(0.9, 2.1, 1e-16)))
     assert 0.0 < top.mismatch < 1e-15 and top(3.0).m[0, 2] == 1e-16
 
 
-def test_newtons_method_finds_the_time_of_the_curve_near_a_separatrix():
+def test_newtons_method_converges_near_a_separatrix():
     """Check a state for which Newton's method alternates between two points of its bracket."""
     momentum = (-0.019903457640552673, 0.20531745824418174, 0.0)
     attitude = (0.7809338007617764, 0.4767702483489516, 0.3363007682902849, -0.2230119332331995)

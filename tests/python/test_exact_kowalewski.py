@@ -1,4 +1,4 @@
-"""The closed form of Kowalewski tops in Python: what it does not share with other forms.
+"""The Kowalewski closed form in Python: features that other closed forms do not have.
 
 test_exact_torus_forms.py has the laws of both closed forms on a torus.
 """
@@ -17,5 +17,5 @@ def test_a_pendulum_is_refused_by_name():
         kr.solve(pendulum, 1.0, method="exact")
 
 
-def test_the_scene_of_the_thesis_misses_the_ratio_by_a_rounding_error():
+def test_the_scene_kowalewski_has_a_mismatch_of_rounding_size():
     assert 0.0 < kr.exact(kr.scenes.kowalewski).mismatch < 1e-15

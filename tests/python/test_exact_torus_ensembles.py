@@ -1,4 +1,4 @@
-"""Ensembles of Kowalewski and Goryachev-Chaplygin tops in closed form, also with Lagrange tops."""
+"""Closed forms of Kowalewski and Goryachev-Chaplygin ensembles, also with Lagrange tops."""
 
 import signal
 
@@ -27,7 +27,7 @@ TIMES = np.linspace(0.5, 40.0, 150)
 
 
 @pytest.mark.parametrize("t", [[0.0, 1.0], [1.0, 2.0, 5.0], [3.0, -1.0, 0.0, -7.0], [], [-2.0]])
-def test_states_have_the_bits_of_one_scene(t):
+def test_states_equal_those_of_single_scenes_bitwise(t):
     for i, one in enumerate(SCENES):
         assert np.array_equal(kr.exact(SCENES)(t)[i], kr.exact(one)(t).states)
         assert np.array_equal(kr.exact(TOPS)(t)[divmod(i, 2)], kr.exact(one)(t).states)
@@ -40,7 +40,7 @@ def test_each_top_may_have_its_own_times():
         assert np.array_equal(states[i], kr.exact(TOPS[i])(own[i]).states)
 
 
-def test_attributes_are_those_of_one_scene():
+def test_attributes_equal_those_of_single_scenes():
     forms = kr.exact(TOPS)
     for i in np.ndindex(2, 2):
         one = kr.exact(TOPS[i])
@@ -65,7 +65,7 @@ def test_a_refused_scene_is_named():
         kr.exact(kr.Ensemble.of([CHAPLYGIN, damped, kr.scenes.asymmetric]))
 
 
-def test_solve_gives_the_states_of_single_runs():
+def test_solve_equals_single_runs():
     paths = kr.solve(TOPS, TIMES, method="exact")
     assert paths.method == "exact" and not paths.failed.size
     assert same(paths, kr.solve(TOPS, TIMES, method="exact", threads=1))
@@ -79,7 +79,7 @@ def test_solve_gives_the_states_of_single_runs():
             assert np.array_equal(back[i].states, other.states)
 
 
-def test_bits_do_not_depend_on_threads():
+def test_results_do_not_depend_on_threads():
     momenta = np.random.default_rng(1).normal(size=(40, 3)) * (1.0, 1.0, 0.0)
     tops = kr.Ensemble.of(
         [(KOWALEWSKI, CHAPLYGIN)[i % 2].replace(momentum=m) for i, m in enumerate(momenta)]
@@ -99,7 +99,7 @@ def test_a_refused_member_fails_alone(scenes):
     assert np.array_equal(paths[1 - i].states, other[0].states)
 
 
-def test_reductions_and_quantities_are_those_of_the_states():
+def test_reductions_and_quantities_equal_those_of_the_states():
     paths, wanted = (kr.solve(TOPS, TIMES, "exact", want=w) for w in (None, ["energy", "apex"]))
     assert np.array_equal(wanted.energy, paths.energy)
     assert np.array_equal(wanted.apex, paths.apex)
@@ -112,7 +112,7 @@ def test_reductions_and_quantities_are_those_of_the_states():
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
 @pytest.mark.parametrize("threads", [1, 2])
-def test_ctrl_c_stops_the_set_up_of_many_tops(threads, monkeypatch):
+def test_ctrl_c_stops_the_preparation_of_many_tops(threads, monkeypatch):
     monkeypatch.setattr(exact_ensemble, "parse_threads", lambda *_: threads)
     tops = CHAPLYGIN.vary(momentum=np.broadcast_to((0.9, 2.1, 0.0), (200_000, 3)))
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)

@@ -1,6 +1,6 @@
-"""Laws of both closed forms on a torus in Python: states, frequencies, errors.
+"""Features of both closed forms on a torus in Python: states, frequencies and errors.
 
-The tests are run for a Kowalewski top and for a Goryachev-Chaplygin top.
+Each test runs for a Kowalewski top and for a Goryachev-Chaplygin top.
 """
 
 import itertools
@@ -54,7 +54,7 @@ def apart(one, other):
     return float((near + np.linalg.norm(one.m - other.m, axis=1)).max())
 
 
-def test_states_are_those_of_30_digits(form):
+def test_states_agree_with_30_digits(form):
     top = kr.exact(form.scene)
     assert isinstance(top, form.result) and isinstance(top, kr.ExactTorus)
     assert top.certificate < 1e-13 and top.mismatch == 0.0
@@ -64,7 +64,7 @@ def test_states_are_those_of_30_digits(form):
 
 @pytest.mark.parametrize("axes", list(itertools.permutations(range(3))))
 @pytest.mark.parametrize("gravity", [9.81, -2.5])
-def test_any_order_of_axes_and_sign_of_gravity_is_right(form, axes, gravity):
+def test_states_are_right_for_any_axis_order_and_sign_of_gravity(form, axes, gravity):
     moments = np.array((form.ratio, form.ratio, 1.0))[list(axes)]
     com = np.array((0.0, -0.7, 0.0))[list(axes)]
     scene = form.scene.replace(body=form.body(tuple(moments), tuple(com)), gravity=gravity)
@@ -72,7 +72,7 @@ def test_any_order_of_axes_and_sign_of_gravity_is_right(form, axes, gravity):
     assert apart(kr.exact(scene)([5.0, 40.0]), kr.solve(scene, [5.0, 40.0], digits=30)) < 2e-13
 
 
-def test_many_times_have_the_bits_of_one(form):
+def test_many_times_equal_single_times_bitwise(form):
     top, t = kr.exact(form.scene), np.linspace(-1e5, 1e6, 13)
     together = top(t)
     for i, at in enumerate(t):
@@ -87,7 +87,7 @@ def test_integrals_are_constant_at_any_time(form):
     assert np.ptp(getattr(path, form.integral)) < 1e-13
 
 
-def test_the_method_exact_gives_the_states_of_the_closed_form(form):
+def test_method_exact_equals_the_closed_form(form):
     t = [1.0, 20.0]
     path = kr.solve(form.scene, t, method="exact")
     assert path.method == "exact" and apart(path, kr.exact(form.scene)(t)) < 5e-15

@@ -1,4 +1,4 @@
-"""Tangents of closed forms on a torus, compared with Taylor series and with laws of the motion."""
+"""Tangents of closed forms on a torus, compared with Taylor series and with exact relations."""
 
 import pickle
 
@@ -26,14 +26,14 @@ def size_of_columns(tangents):
 
 
 def assert_near(tangents, truth, within):
-    """Assert that columns agree, except those that leave the closed form and are NaN."""
+    """Assert that columns agree, except columns of NaN, for which no closed form exists."""
     known = ~np.isnan(tangents).any(axis=(0, 1))
     miss = size_of_columns((tangents - truth)[:, :, known])
     assert (miss <= within * size_of_columns(truth[:, :, known])).all()
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_are_those_of_30_digits(scene):
+def test_tangents_agree_with_30_digits(scene):
     for t in ([0.7, 1000.0], [-300.0]):
         path, truth = kr.exact(scene)(t, tangents=BY), kr.solve(scene, t, digits=30, tangents=BY)
         assert path.tangents.shape == (len(t), 6, 8)
@@ -42,7 +42,7 @@ def test_tangents_are_those_of_30_digits(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_only_the_vertical_momentum_leaves_the_closed_form(scene):
+def test_only_the_column_of_vertical_momentum_has_no_closed_form(scene):
     path = kr.exact(scene)([0.0, 3.0], tangents=BY)
     lost = np.isnan(path.tangents).any(axis=(0, 1))
     assert lost.tolist() == [i == 5 and scene is LEVEL for i in range(8)]
@@ -52,7 +52,7 @@ def test_only_the_vertical_momentum_leaves_the_closed_form(scene):
 
 
 def compute_flow(path):
-    """Return the time derivative of the state: a rotation vector, and the torque in space."""
+    """Return the time derivative of the state: the body velocity, and the torque in space."""
     scene = path.scene
     arm = np.array(kr.quaternion.turn(tuple(path.q.T), scene.body.com)).T
     torque = np.cross(arm, (0.0, 0.0, -scene.body.mass * scene.gravity))
@@ -66,11 +66,11 @@ def compute_heading_change(path):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_obey_the_laws_of_the_motion_at_late_times(scene):
-    """Compare with three changes of the start whose effects are known at any time.
+def test_tangents_of_known_changes_are_right_at_late_times(scene):
+    """Compare with three changes of the initial state that have known effects at all times.
 
-    A later start, a turned start, and a motion that is faster by a factor f: the momentum is f
-    times as large, and gravity f^2 times.
+    These changes are a later start, a rotated start, and a motion faster by a factor f. The faster
+    motion has f times the momentum and f^2 times the gravity.
     """
     path = kr.exact(scene)([0.0, -1e4, 1e7], tangents=BY)
     n = 5 if scene is LEVEL else 6
@@ -98,7 +98,7 @@ def test_tangents_are_in_the_frame_of_description(ratio, momentum, axes):
 
 
 @pytest.mark.parametrize("factor", [1e-100, 1e100])
-def test_units_do_not_matter(factor):
+def test_tangents_do_not_depend_on_units(factor):
     other = KOWALEWSKI.replace(
         momentum=factor * np.array(KOWALEWSKI.momentum),
         gravity=factor * KOWALEWSKI.gravity * factor,
@@ -118,7 +118,7 @@ def test_the_tangents_of_a_time_do_not_depend_on_the_other_times():
     assert top([], tangents="start").tangents.shape == (0, 6, 6)
 
 
-def test_the_path_is_that_without_tangents_and_has_derivatives():
+def test_tangents_do_not_change_the_path():
     top, t = kr.exact(KOWALEWSKI), [1.0, 40.0]
     path = top(t, tangents=("gravity", "start"))
     assert np.array_equal(path.states, top(t).states)
@@ -131,7 +131,7 @@ def test_the_path_is_that_without_tangents_and_has_derivatives():
     assert np.isnan(level).tolist() == [[False] * 5 + [True]]
 
 
-def test_tangents_near_a_separatrix_tell_their_error_or_are_refused():
+def test_tangents_near_a_separatrix_have_an_error_or_are_refused():
     level = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)  # the closed form refuses this start at rest
     near, nearer = (
         KOWALEWSKI.replace(momentum=size * np.array(KOWALEWSKI.momentum), attitude=level)
@@ -146,7 +146,7 @@ def test_tangents_near_a_separatrix_tell_their_error_or_are_refused():
 
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
-def test_changes_without_closed_form_are_refused_by_name(name):
+def test_tangents_without_closed_form_are_refused_by_name(name):
     with pytest.raises(ValueError, match=f"has no tangents with respect to '{name}'"):
         kr.exact(KOWALEWSKI)(1.0, tangents=("start", name))
 
@@ -164,14 +164,14 @@ def test_changes_without_closed_form_are_refused_by_name(name):
         (1e300, "start", ValueError, "cannot resolve its attitude"),
     ],
 )
-def test_bad_arguments_are_refused(t, tangents, error, words):
+def test_invalid_arguments_are_refused(t, tangents, error, words):
     with pytest.raises(error, match=words):
         kr.exact(KOWALEWSKI)(t, tangents=tangents)
 
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("t", [[0.0, 0.7, 40.0], [-300.0], 25.0, []])
-def test_solve_by_the_closed_form_gives_the_same_tangents(scene, t):
+def test_method_exact_gives_the_same_tangents(scene, t):
     path, plain = kr.solve(scene, t, "exact", tangents=BY), kr.solve(scene, t, "exact")
     assert path.method == "exact" and np.array_equal(path.states, plain.states)
     truth, late = kr.solve(scene, t, digits=30, tangents=BY), path.t != 0.0
@@ -181,12 +181,12 @@ def test_solve_by_the_closed_form_gives_the_same_tangents(scene, t):
 
 
 @pytest.mark.parametrize("name", ["moments", "com", "damping"])
-def test_solve_by_the_closed_form_refuses_other_tangents(name):
+def test_method_exact_refuses_other_tangents(name):
     with pytest.raises(ValueError, match=f"no tangents with respect to '{name}'"):
         kr.solve(KOWALEWSKI, 1.0, "exact", tangents=("start", name))
 
 
-def test_solve_by_the_closed_form_refuses_what_it_cannot_differentiate():
+def test_method_exact_refuses_unsupported_tangent_requests():
     with pytest.raises(ValueError, match="t must be at most"):
         kr.solve(KOWALEWSKI, 1e12, "exact", tangents="start")
     with pytest.raises(ValueError, match="leave out want"):

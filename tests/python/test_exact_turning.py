@@ -1,4 +1,4 @@
-"""Turning points, type of motion and potential of closed forms, compared with 60-digit roots."""
+"""Turning points, motion types and potentials of closed forms, compared with 60-digit roots."""
 
 import copy
 import doctest
@@ -17,7 +17,7 @@ STEADY = kr.scenes.steady_precession
 
 
 def exact_start(scene):
-    """Return the height of the apex, <m, e3> and <m, apex>."""
+    """Return the initial height of the apex, <m, e3> and <m, apex>."""
     w, x, y, z = (mp.mpf(c) for c in scene.attitude)
     norm = w * w + x * x + y * y + z * z
     apex = [2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm]
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops whose motion is close to the type `kind`."""
+    """Return random tops whose motion is close to the motion type `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
@@ -80,7 +80,7 @@ def scenes_near(rng, kind):
 
 
 @pytest.mark.parametrize("kind", ["anywhere", "cusp", "steady", "upright", "separatrix"])
-def test_turning_points_are_those_of_the_cubic(kind):
+def test_turning_points_are_roots_of_the_cubic(kind):
     rng = np.random.default_rng(7)
     for _ in range(40):
         scene = scenes_near(rng, kind)
@@ -123,7 +123,7 @@ TURNED = {  # the same motion upside down, and with a body whose axis points the
 
 @pytest.mark.parametrize("turned", TURNED)
 @pytest.mark.parametrize("course", COURSES)
-def test_course(course, turned):
+def test_motion_types_do_not_depend_on_the_description(course, turned):
     plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[turned](COURSES[course]))
     assert plain.motion_type == top.motion_type == course
     want = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
@@ -135,7 +135,7 @@ def test_course(course, turned):
 
 @pytest.mark.parametrize("course", COURSES)
 @pytest.mark.parametrize("turned", TURNED)
-def test_the_path_keeps_between_the_turning_points_and_reaches_them(course, turned):
+def test_the_path_stays_between_turning_points_and_reaches_them(course, turned):
     scene = TURNED[turned](COURSES[course])
     top = kr.exact(scene)
     nutation = kr.solve(scene, np.linspace(0, 10, 4001), method="taylor").nutation
@@ -149,7 +149,7 @@ def test_the_path_keeps_between_the_turning_points_and_reaches_them(course, turn
         assert abs(top.t_least - top.t_greatest) == pytest.approx(top.period / 2, rel=1e-14)
 
 
-def test_the_first_times_are_those_of_events():
+def test_times_of_turning_points_agree_with_events():
     scene = COURSES["loops"].replace(momentum=(0.3, -0.8, 2.0))
     top = kr.exact(scene)
     found = kr.solve(scene, top.period, events=[kr.events.nutation()]).events
@@ -158,7 +158,7 @@ def test_the_first_times_are_those_of_events():
     assert found.t == pytest.approx([times[int(d)] for d in found.direction], abs=1e-12)
 
 
-def test_on_the_separatrix_the_upright_is_never_reached():
+def test_on_the_separatrix_the_upright_position_is_never_reached():
     rising = kr.exact(COURSES["separatrix"])
     assert rising.t_least == math.inf and rising.t_greatest == 0
     falling = kr.exact(rising(5.0).scene_at(0).replace(momentum=-np.array(rising(5.0).m[0])))
@@ -167,7 +167,7 @@ def test_on_the_separatrix_the_upright_is_never_reached():
 
 @pytest.mark.parametrize("name", ["loops", "cusps", "waves", "steady", "circle", "pendulum"])
 @pytest.mark.parametrize("turned", TURNED)
-def test_the_potential_is_what_the_rate_of_the_nutation_leaves_of_the_energy(name, turned):
+def test_the_potential_is_energy_minus_kinetic_energy_of_nutation(name, turned):
     scene = TURNED[turned](COURSES[name])
     top, path = kr.exact(scene), kr.solve(scene, np.linspace(0.1, 7.1, 50))
     inertia = scene.body.moments[0]
@@ -179,7 +179,7 @@ def test_the_potential_is_what_the_rate_of_the_nutation_leaves_of_the_energy(nam
         assert ends == pytest.approx([path.energy[0]] * 2, rel=1e-13)
 
 
-def test_the_potential_has_the_shape_of_its_angles_and_walls_at_the_poles():
+def test_the_potential_has_the_shape_of_its_angles_and_is_infinite_at_poles():
     top = kr.exact(kr.scenes.cusps)
     assert top.potential(1.0).shape == () and top.potential(np.ones((2, 3))).shape == (2, 3)
     assert top.potential([]).shape == (0,)
@@ -190,7 +190,7 @@ def test_the_potential_has_the_shape_of_its_angles_and_walls_at_the_poles():
             top.potential(wrong)
 
 
-def test_the_critical_spin_divides_sleeping_tops_from_falling_ones():
+def test_the_critical_spin_separates_sleeping_from_falling_tops():
     spin = kr.exact(COURSES["sleeping"]).critical_spin
     assert spin == 4.0
     for factor, falls in (0.99, True), (1.01, False):
@@ -199,7 +199,7 @@ def test_the_critical_spin_divides_sleeping_tops_from_falling_ones():
     assert kr.exact(COURSES["circle"]).critical_spin == 0.0
 
 
-def test_an_ensemble_gives_arrays_with_the_same_bits():
+def test_an_ensemble_gives_arrays_equal_to_single_values():
     scenes = list(COURSES.values())
     tops = kr.exact(scenes)
     for word in "least_nutation", "greatest_nutation", "t_least", "t_greatest", "critical_spin":
@@ -212,7 +212,7 @@ def test_an_ensemble_gives_arrays_with_the_same_bits():
     assert pickle.loads(pickle.dumps(kr.exact(scenes[0]))).motion_type == "cusps"
 
 
-def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
+def test_turning_points_are_refused_only_for_other_bodies():
     free = GENERAL.replace(gravity=0.0)
     top = kr.exact(free)
     assert top.period > 0.0
@@ -228,7 +228,7 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
         kr.exact(beside).motion_type  # noqa: B018
 
 
-def test_frames_of_description_do_not_matter():
+def test_turning_points_do_not_depend_on_the_frame_of_description():
     body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True)
     assert body.kind == "lagrange"
     scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)))

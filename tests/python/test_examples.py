@@ -16,14 +16,14 @@ MODULES = sorted(
 
 
 def examples(name):
-    """Return the docstrings with examples of a module, including those of private objects."""
+    """Return the docstrings with examples in a module, including those of private objects."""
     module = importlib.import_module(name)
     found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
     return [test for test in found if test.examples]
 
 
 @pytest.mark.parametrize("name", ["kreisel", *MODULES])
-def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
+def test_examples_print_the_documented_output(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "agg")
     said = []
@@ -32,13 +32,13 @@ def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
     assert said == [], "".join(said)
 
 
-def test_what_is_asked_for_first_has_an_example():
+def test_the_main_functions_have_examples():
     having = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
     for what in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
         assert f"{what.__module__}.{what.__qualname__}" in having, what
 
 
-def test_an_example_that_says_something_else_is_seen():
+def test_a_wrong_example_is_detected():
     test = doctest.DocTestParser().get_doctest(">>> 1\n2\n", {}, "wrong", None, None)
     said = []
     doctest.DocTestRunner().run(test, out=said.append)

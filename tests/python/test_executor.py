@@ -1,4 +1,4 @@
-"""Slices of an ensemble, the threads that run them, and progress."""
+"""Slices of an ensemble, the threads that run the slices, and progress."""
 
 import threading
 
@@ -9,7 +9,7 @@ from kreisel._results.executor import WorkerPool
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
-def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
+def test_slices_get_smaller_and_hold_whole_vectors(n, threads, first):
     slices = list(WorkerPool(threads).slices(n))
     sizes = [end - begin for begin, end in slices]
     assert sizes[0] == first and sum(sizes) == n
@@ -17,7 +17,7 @@ def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
     assert sizes == sorted(sizes, reverse=True) and all(size % 8 == 0 for size in sizes[:-1])
 
 
-def test_threads_take_so_many_members_at_most():
+def test_slices_have_a_largest_size():
     assert next(WorkerPool(1).slices(10**6)) == (0, 1 << 15)
 
 
@@ -34,7 +34,7 @@ RUNS = {  # every way to run the tops of an ensemble
 
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("run", RUNS)
-def test_progress_is_called_in_the_calling_thread_and_ends_with_all(run, threads):
+def test_progress_is_called_in_the_calling_thread_and_ends_with_one(run, threads):
     calls = []
     RUNS[run](threads=threads, progress=lambda part: calls.append((threading.get_ident(), part)))
     parts = [part for _, part in calls]
@@ -44,7 +44,7 @@ def test_progress_is_called_in_the_calling_thread_and_ends_with_all(run, threads
 
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("run", RUNS)
-def test_an_exception_of_progress_ends_the_run(run, threads):
+def test_an_exception_in_progress_ends_the_run(run, threads):
     def stop(part):
         raise RuntimeError("enough")
 
@@ -52,6 +52,6 @@ def test_an_exception_of_progress_ends_the_run(run, threads):
         RUNS[run](threads=threads, progress=stop)
 
 
-def test_a_section_has_the_same_bits_with_any_number_of_threads():
+def test_sections_do_not_depend_on_threads():
     first, *others = (kr.section(TOPS, n=50, threads=n) for n in (1, 2, 5))
     assert all(np.array_equal(first.states, other.states) for other in others)

@@ -1,4 +1,4 @@
-"""Random files: each file is either read correctly or refused with a message.
+"""Random files: each file is either read correctly or rejected with a message.
 
 Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
 checksum, the checksum is recomputed. The environment variable KREISEL_CALLS sets the number of
@@ -87,7 +87,7 @@ def bent(draw, data):
 
 @st.composite
 def bent_text(draw, text):
-    """Return TOML with up to three replaced words, or changed letters."""
+    """Return TOML text with up to three replaced words or changed letters."""
     if draw(st.booleans()):
         return draw(bent(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
@@ -99,7 +99,7 @@ def bent_text(draw, text):
 
 @st.composite
 def bent_head(draw, head):
-    """Return a JSON table with one key removed or its value changed."""
+    """Return a JSON object with one key removed or one value changed."""
     head = json.loads(json.dumps(head))
     table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
     word = draw(st.sampled_from(sorted(table)))
@@ -141,19 +141,19 @@ def use_run(run):
 
 @EXAMPLES
 @given(st.sampled_from(TEXTS).flatmap(bent_text))
-def test_any_text_is_a_scene_or_refused(text):
+def test_any_text_is_a_scene_or_is_refused(text):
     read_and_use(lambda: kr.Scene.from_toml(text + "\n"), use_scene)
 
 
 @EXAMPLES
 @given(st.sampled_from(CHECKPOINTS).flatmap(bent))
-def test_any_bytes_are_a_run_or_refused(data):
+def test_any_bytes_are_a_run_or_are_refused(data):
     read_and_use(lambda: kr.resume(data, max_steps=MOST), use_run)
 
 
 @EXAMPLES
 @given(st.data())
-def test_any_checkpoint_of_a_right_sum_is_a_run_or_refused(data):
+def test_any_checkpoint_with_a_correct_checksum_is_a_run_or_is_refused(data):
     start, _, body = data.draw(st.sampled_from(CHECKPOINTS)).partition(b"\n")
     _, _, body = body.partition(b"\n")
     line, _, memory = body.partition(b"\n")
@@ -184,7 +184,7 @@ def array(text):
 
 @EXAMPLES
 @given(data=st.data())
-def test_any_archive_is_a_path_or_refused(data, file):
+def test_any_archive_is_a_path_or_is_refused(data, file):
     """Check archives with correct checksums but mutated members."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
@@ -203,13 +203,13 @@ def test_any_archive_is_a_path_or_refused(data, file):
 
 @EXAMPLES
 @given(data=st.data())
-def test_any_bytes_are_a_path_or_refused(data, file):
+def test_any_bytes_are_a_path_or_are_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
     file.write_bytes(data.draw(bent(file.read_bytes())))
     read_and_use(lambda: kr.load(file), lambda found: None)
 
 
-def test_a_damaged_archive_is_told_in_short(file):
+def test_a_damaged_archive_has_a_short_message(file):
     PATHS[0].save(file)
     data = bytearray(file.read_bytes())
     data[26:28] = (2000).to_bytes(

@@ -22,7 +22,7 @@ def writers():
 
 
 @pytest.mark.parametrize("i", range(4))
-def test_a_disk_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, i):
+def test_a_failing_disk_leaves_only_the_old_file(tmp_path, monkeypatch, i):
     file, write = tmp_path / "file", writers()[i]
     file.write_bytes(b"old")
 
@@ -39,14 +39,14 @@ def test_a_disk_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkey
 
 
 @pytest.mark.parametrize("i", range(4))
-def test_a_folder_that_is_not_there_is_told_by_the_name_that_was_given(tmp_path, i):
+def test_a_missing_folder_is_named_as_given(tmp_path, i):
     file = tmp_path / "no" / "file"
     with pytest.raises(FileNotFoundError) as refused:
         writers()[i](file)
     assert refused.value.filename == str(file)
 
 
-def test_two_savers_of_one_file_do_not_meet(tmp_path):
+def test_two_threads_can_save_one_file(tmp_path):
     file, runs = tmp_path / "run", [kr.start(TOP), kr.start(kr.scenes.thesis)]
     for run in runs:
         run.to(1.0)
@@ -65,14 +65,14 @@ def test_two_savers_of_one_file_do_not_meet(tmp_path):
 
 
 @pytest.mark.parametrize("word", ["--csv", "--npz"])
-def test_a_place_that_is_not_there_is_refused_before_anything_runs(tmp_path, word):
+def test_a_missing_folder_is_refused_before_anything_runs(tmp_path, word):
     words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file")]
     done = CliRunner().invoke(main, words)
     assert done.exit_code == 2 and "there is no folder" in done.output
     assert done.output.count("\n") == 1
 
 
-def test_tables_nested_without_end_are_refused(tmp_path):
+def test_deeply_nested_tables_are_refused(tmp_path):
     file = tmp_path / "deep.toml"
     file.write_text("a = " + "[" * 5000 + "]" * 5000)
     with pytest.raises(ValueError, match="nested too deeply"):
@@ -108,13 +108,13 @@ def forge_checkpoint(**changes):
         {"max_steps": {}},
     ],
 )
-def test_a_checkpoint_with_a_forged_head_is_refused(changes):
+def test_a_checkpoint_with_a_forged_header_is_refused(changes):
     assert kr.resume(forge_checkpoint()).t == 1.0
     with pytest.raises(ValueError, match="not a checkpoint of a run"):
         kr.resume(forge_checkpoint(**changes))
 
 
-def test_a_head_that_is_no_table_is_refused():
+def test_a_header_that_is_not_an_object_is_refused():
     for line in (b"[]", b"3", b"[" * 100_000, b"\xff"):
         body = line + b"\n"
         with pytest.raises(ValueError, match="not a checkpoint of a run"):
@@ -124,7 +124,7 @@ def test_a_head_that_is_no_table_is_refused():
 # Boundary values
 
 
-def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path):
+def test_a_trial_file_removed_by_another_process_is_no_error(monkeypatch, tmp_path):
     close = os.close
 
     def close_and_unlink(handle):
@@ -137,13 +137,13 @@ def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_device_is_written_as_it_is():
+def test_a_device_is_written_directly():
     TOP.to_toml(os.devnull)
     assert not os.path.isfile(os.devnull)
 
 
 @pytest.mark.parametrize("call", ["open", "fsync"])
-def test_where_a_folder_cannot_be_put_on_the_disk_its_file_is(tmp_path, monkeypatch, call):
+def test_files_are_saved_if_the_folder_cannot_be_synced(tmp_path, monkeypatch, call):
     real, folders = getattr(os, call), []
 
     def no_folder(what, *words, **more):

@@ -24,7 +24,7 @@ def raising(error):
     return fails
 
 
-def test_a_film_is_saved_once_it_is_made(tmp_path):
+def test_a_film_can_be_saved(tmp_path):
     film = kr.solve(kr.scenes.asymmetric, 0.5).animate(speed=0.5, fps=2, size=32)
     film.save(tmp_path / "top.gif")
     assert (tmp_path / "top.gif").read_bytes().startswith(b"GIF89a")
@@ -32,7 +32,7 @@ def test_a_film_is_saved_once_it_is_made(tmp_path):
         film.save(tmp_path / "top.txt")
 
 
-def test_a_place_that_takes_no_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
+def test_an_unwritable_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
     film = kr.solve(kr.scenes.asymmetric, 0.5).animate(speed=0.5, fps=2, size=32)
     with monkeypatch.context() as patch:
         patch.setattr(os, "open", raising(PermissionError(errno.EACCES, "Permission denied")))
@@ -41,7 +41,7 @@ def test_a_place_that_takes_no_file_is_refused_before_anything_runs(tmp_path, mo
     assert os.listdir(tmp_path) == []
 
 
-def test_a_film_has_at_most_so_many_points():
+def test_the_total_size_of_a_film_is_limited():
     assert len(PATH.animate(speed=1, fps=1, size=1024)) == 256
     with pytest.raises(ValueError, match=r"^257 frames of 1024 x 1024 .*: 256 are .* = 1\.25,"):
         kr.solve(TOP, [0.0, 320.0]).animate(speed=1.25, fps=1, size=1024)
@@ -73,14 +73,14 @@ def test_a_gif_shows_the_colours_of_its_film(tmp_path):
     assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
 
 
-def test_a_page_of_a_film_plays_as_many_frames_a_second():
+def test_an_html_film_has_the_requested_frame_rate():
     assert "new Animation(frames, img_id, slider_id, 250," in (
         PATH.animate(speed=255, fps=4, size=16)._repr_html_()
     )
 
 
 @pytest.mark.parametrize("endings", [("TOP.GIF", b"GIF"), ("Top.Html", b"<!doctype html>\n<html>")])
-def test_endings_of_films_may_be_in_capitals(tmp_path, endings):
+def test_suffixes_of_films_may_be_upper_case(tmp_path, endings):
     name, begin = endings
     PATH.animate(tmp_path / name, speed=255, fps=1, size=16)
     assert (tmp_path / name).read_bytes().startswith(begin)
@@ -101,7 +101,7 @@ def test_the_floor_is_below_the_body_and_its_trace(scene, low, high):
         assert corners[..., 2].min() >= floor - made._LEVEL
 
 
-def test_a_shadow_is_the_body_moved_along_the_light_to_the_floor():
+def test_a_shadow_is_the_body_projected_onto_the_floor():
     axes = Figure().add_subplot()
     plate = np.array([[(-1, -1, 0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, 0.5)]]) * (0.1, 0.1, 1.0)
     shadow = stage.cast_shadow(axes, plate, -0.5)
@@ -118,7 +118,7 @@ def test_a_shadow_is_the_body_moved_along_the_light_to_the_floor():
     assert 1 - (1 - opacity) ** stage._POINTS == pytest.approx(0.3)
 
 
-def test_the_clock_of_a_film_has_the_unit_of_time():
+def test_the_displayed_time_of_a_film_has_a_unit():
     for words, end in ({}, "t = 0"), ({"time_unit": "s"}, "t = 0 s"):
         figure = next(PATH.animate(fps=1, size=16, **words)._draw_frames())
         assert figure.axes[0].texts[-1].get_text() == end

@@ -1,4 +1,4 @@
-"""Tests of kreisel.fit: values, errors, blind directions, bounds and units."""
+"""Tests of kreisel.fit: values, errors, undetermined directions, bounds and units."""
 
 import pickle
 import runpy
@@ -29,7 +29,7 @@ def test_a_gyroscope_determines_the_body_without_a_start(fit):
     assert abs(fit.values["body_velocity_x"] - 3.0) < 4.0 * fit.error["body_velocity_x"]
 
 
-def test_a_fit_in_pieces_of_time_is_the_fit_of_the_whole(fit):
+def test_splitting_a_record_does_not_change_the_fit(fit):
     whole = gyroscope()
     values = whole.series[0].values
     parts = [
@@ -41,7 +41,7 @@ def test_a_fit_in_pieces_of_time_is_the_fit_of_the_whole(fit):
     assert split.dof == fit.dof and split.unidentified == fit.unidentified
 
 
-def test_residuals_are_those_of_the_path(fit):
+def test_residuals_agree_with_the_path(fit):
     values = fit.records[0].series[0].values
     own = (fit.path.body_velocity - values) / SIGMA
     assert np.abs(own - fit.residuals[0]["body_velocity"]).max() < 1e-6
@@ -49,14 +49,14 @@ def test_residuals_are_those_of_the_path(fit):
     assert fit.sigma[0]["body_velocity"] == SIGMA
 
 
-def test_exact_data_give_the_truth():
+def test_exact_data_give_the_true_parameters():
     record = gyroscope(n=200, sigma=0.0)
     exact = kr.fit(GUESS, record, FREE)
     assert np.abs(exact.error_of(ratios)[0] - ratios(HEAVY)).max() < 1e-9
 
 
 @pytest.mark.parametrize("factor", [2.0**-40, 2.0**40])
-def test_units_do_not_matter(fit, factor):
+def test_fits_do_not_depend_on_units(fit, factor):
     def rescale(scene):
         body = scene.body
         moments = np.array(body.moments) * factor
@@ -96,7 +96,7 @@ def test_the_tip_of_a_symmetric_top_determines_its_spin_and_lever():
     assert abs(found - along(SYMMETRIC)) < 4.0 * error < 0.4
 
 
-def test_a_plate_stays_a_plate():
+def test_moments_at_the_plate_limit_stay_physical():
     plate = kr.Scene(
         kr.Body(1.0, (1.0, 2.0, 3.0), com=(0.0, 0.0, 0.0)),
         body_velocity=(2.0, 0.3, 1.0),
@@ -135,11 +135,11 @@ def test_a_free_body_shows_neither_scale_nor_attitude():
         (("mass", "lever"), "mass against lever: only mass * gravity * com counts"),
     ],
 )
-def test_products_that_count_are_named(free, sentence):
+def test_determined_products_of_parameters_are_named(free, sentence):
     assert sentence in kr.fit(HEAVY, gyroscope(), ("start", *free)).unidentified
 
 
-def test_damping_is_found_and_equal_dampings_stay_equal():
+def test_damping_is_found_and_equal_damping_stays_equal():
     truth = SYMMETRIC.replace(damping=(0.1, 0.1, 0.02))
     t = np.linspace(0.0, 10.0, 400)
     path = kr.solve(truth, t)
@@ -156,7 +156,7 @@ def test_damping_is_found_and_equal_dampings_stay_equal():
         assert abs(fit.values[name] - value) < 4.0 * fit.error[name] < 0.05
 
 
-def test_instruments_are_fitted():
+def test_instrument_parameters_are_fitted():
     t, late = np.linspace(0.0, 4.0, 300), np.linspace(0.1, 3.9, 150)
     rng = np.random.default_rng(5)
     turn = exponential(np.array((0.03, -0.02, 0.05)))
@@ -180,7 +180,7 @@ def test_instruments_are_fitted():
     assert shifted.max() < 1e-12
 
 
-def test_unknown_noise_is_found():
+def test_unknown_noise_is_estimated():
     rng = np.random.default_rng(2)
     t = np.linspace(0.0, 3.0, 300)
     path = kr.solve(HEAVY, t)
@@ -211,7 +211,7 @@ def test_correlated_residuals_enlarge_the_errors():
     assert plain.inflation == 1.0 and "correlated" not in str(plain)
 
 
-def test_a_record_of_another_top_is_said():
+def test_a_record_of_another_top_is_reported():
     other = kr.fit(GUESS, gyroscope(SYMMETRIC, end=1.0), ("velocity",))
     assert other.chi2 > 100.0 * other.dof and "of another top" in str(other)
 
@@ -233,7 +233,7 @@ def test_outliers_do_not_spoil_a_soft_fit(kind):
         assert abs(soft.values["I1 = I2"] - 1.0) < 4.0 * soft.error["I1 = I2"] < 0.05
 
 
-def test_residuals_that_sigma_does_not_explain_are_said_in_a_soft_fit():
+def test_implausible_residuals_are_reported_with_the_soft_loss():
     [series] = gyroscope().series
     record = kr.Record(gyroscope().t, {"body_velocity": series.values}, 0.5 * SIGMA)
     with pytest.warns(UserWarning, match="false minimum"):
@@ -274,7 +274,7 @@ def test_a_rotor_is_found(free):
     assert found.scene.body.rotor == pytest.approx(rotor, abs=1e-12)
 
 
-def test_blind_directions_of_a_rotor_are_named():
+def test_undetermined_directions_of_a_rotor_are_named():
     free = ("start", "moments", "rotor")
     body = kr.Body(1.0, (1.0, 1.3, 0.6), com=(0, 0, 0), rotor=ROTOR, unphysical=True)
     found = kr.fit(HEAVY.replace(body=body), gyroscope(HEAVY.replace(body=body)), free)
@@ -285,7 +285,7 @@ def test_blind_directions_of_a_rotor_are_named():
     assert sentence == "the rotor against the spin: only the momentum about the axis counts"
 
 
-def test_a_rotor_is_found_in_pieces():
+def test_a_rotor_is_found_by_multiple_shooting():
     record = gyroscope(WITH_ROTOR)
     near, free = add_rotor((0.4, -0.7, 1.8)), ("start", "rotor")
     whole, parts = kr.fit(near, record, free), kr.fit(near, record, free, pieces=3)
@@ -308,7 +308,7 @@ def test_a_fit_of_guesses_returns_the_best():
 HEAVY_VELOCITY = tuple(kr.solve(HEAVY, [0.0]).velocity[0] * 1.01)
 
 
-def test_steady_precession_tells_little_and_says_so():
+def test_steady_precession_is_reported_as_uninformative():
     body = kr.Body.symmetric(1.0, 1.0, 0.6, 0.4, unphysical=True)
     steady = kr.Scene.spinning(body, spin=20.0, tilt=0.8, steady=True, gravity=9.81)
     t = np.linspace(0.0, 4.0, 200)
@@ -317,8 +317,8 @@ def test_steady_precession_tells_little_and_says_so():
     assert fit.nonlinearity > 0.3 and "not normal" in str(fit)
 
 
-def test_the_moments_of_toutatis_agree_with_the_published_ones():
-    """Compare with Takahashi, Busch and Scheeres (2013), who used five flybys."""
+def test_the_moments_of_toutatis_agree_with_published_values():
+    """Compare with Takahashi, Busch and Scheeres (2013), who used data from five flybys."""
     [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
     found = runpy.run_path(str(example))["fit"].moment_ratios
     for (value, error), published in zip(found.values(), (3.0836, 3.235), strict=True):
@@ -344,13 +344,13 @@ def test_a_fit_survives_pickling(fit):
     assert str(copy) == str(fit) and (copy.path.states == fit.path.states).all()
 
 
-def test_the_toml_of_a_fit_is_its_scene(fit, tmp_path):
+def test_the_toml_of_a_fit_contains_its_scene(fit, tmp_path):
     text = fit.to_toml(tmp_path / "top.toml")
     assert kr.Scene.from_toml(tmp_path / "top.toml") == fit.scene
     assert text.startswith("# Fit of 12 parameters to 900 numbers")
 
 
-def test_the_table_of_a_fit(fit):
+def test_a_fit_prints_a_table(fit):
     table = fit.to_pandas()
     assert list(table.index) == list(fit.names) and list(table.columns) == [
         "value",
@@ -360,15 +360,18 @@ def test_the_table_of_a_fit(fit):
     assert table.loc["com_x", "unit"] == "L"
 
 
-def test_the_picture_of_a_fit(fit):
+def test_a_fit_can_be_plotted(fit):
     upper, lower = fit.plot()
     assert upper.get_title() == "body_velocity" and len(upper.lines) == 6
     assert lower.get_ylabel() == "residual [sigma]"
 
 
-def test_the_centre_of_mass_is_on_the_side_of_the_scene():
-    """Check the twin motion, which a gyroscope cannot distinguish: centre of mass and vertical
-    reversed."""
+def test_the_centre_of_mass_stays_on_the_side_of_the_guess():
+    """Check that a fit keeps the centre of mass on the side given by the guess.
+
+    A gyroscope cannot distinguish this motion from its twin, in which centre of mass and vertical
+    are reversed.
+    """
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
     up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
     assert up.values["com_z"] > 0.0 > down.values["com_z"]

@@ -46,7 +46,7 @@ def turn(q, v):
 
 
 def attitudes_at_rest(scene, times):
-    """Return attitudes in the inertial frame, which agrees with the turning one at the middle."""
+    """Return attitudes in the inertial frame that agrees with the support at the middle time."""
     path, middle = kr.solve(scene, times, digits=30), mpf(times[len(times) // 2])
     rate = mp.sqrt(sum(mpf(x) ** 2 for x in scene.turning))
     made = []
@@ -59,7 +59,7 @@ def attitudes_at_rest(scene, times):
 
 
 def specific_force_by_differences(scene, t, step=2.0**-12):
-    """Return the second difference of the place in space, minus gravity, in the body's frame."""
+    """Return the acceleration of the point minus gravity, by differences, in the body frame."""
     q = attitudes_at_rest(scene, [t + k * step for k in range(-3, 4)])
     places = [turn(each, [mpf(x) for x in PLACE]) for each in q]
     weights = [mpf(w) / 180 for w in (2, -27, 270, -490, 270, -27, 2)]
@@ -80,7 +80,7 @@ def test_the_specific_force_is_the_acceleration_of_the_point_minus_gravity(scene
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_the_inertial_velocity_is_that_in_the_space_at_rest(scene):
+def test_the_inertial_velocity_is_relative_to_the_inertial_frame(scene):
     step = 2.0**-12
     with mp.workdps(40):
         q = attitudes_at_rest(scene, [0.5 + k * step for k in range(-3, 4)])
@@ -94,7 +94,7 @@ def test_the_inertial_velocity_is_that_in_the_space_at_rest(scene):
         assert (path.inertial_velocity == path.body_velocity).all()
 
 
-def test_the_fixed_point_shows_the_vertical():
+def test_the_specific_force_at_the_fixed_point_is_vertical():
     path = kr.solve(HEAVY, [0.0, 1.0])
     assert (path.specific_force((0, 0, 0)) == 9.81 * path.body_vertical).all()
 
@@ -120,7 +120,7 @@ def accelerometer(scene=HEAVY, seed=1, **words):
 
 
 @pytest.mark.parametrize("instruments", ["accelerometer near the truth", "both without a start"])
-def test_an_accelerometer_determines_what_a_gyroscope_does(instruments):
+def test_an_accelerometer_determines_the_ratios_that_a_gyroscope_does(instruments):
     is_alone = instruments.startswith("accelerometer")
     records = [accelerometer()] if is_alone else [gyroscope(), accelerometer()]
     fit = kr.fit(HEAVY if is_alone else GUESS, records, ("start", "moments", "com"))
@@ -129,7 +129,7 @@ def test_an_accelerometer_determines_what_a_gyroscope_does(instruments):
     assert (np.abs(found - ratios(HEAVY)) < 4.0 * error).all() and (error[:2] < 0.001).all()
 
 
-def test_an_accelerometer_tells_gravity_from_the_lever():
+def test_an_accelerometer_separates_gravity_from_the_lever():
     records = [gyroscope(), accelerometer()]
     free = ("start", "com", "gravity")
     assert "gravity against com" in kr.fit(HEAVY, records[0], free).unidentified[0]
@@ -139,7 +139,7 @@ def test_an_accelerometer_tells_gravity_from_the_lever():
         assert abs(fit.values[name] - value) < 4.0 * fit.error[name] < 0.02
 
 
-def test_the_pieces_of_a_record_keep_its_point():
+def test_slices_of_a_record_keep_the_accelerometer_point():
     single, pieces = (kr.fit(HEAVY, accelerometer(), pieces=k) for k in (1, 3))
     assert len(pieces.piece_starts) == 3
     assert abs(pieces.values["I1"] - single.values["I1"]) < 0.05 * single.error["I1"]

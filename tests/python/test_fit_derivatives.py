@@ -1,4 +1,4 @@
-"""Tests of the derivatives of residuals: every quantity and parameter against differences."""
+"""Tests of the derivatives of residuals for every quantity and parameter, against differences."""
 
 import kreisel as kr
 import numpy as np
@@ -50,7 +50,7 @@ def make_record(name, t, values, sigma, **words):
 
 
 def make_model(name, scene, free):
-    """Return a model of one quantity with all properties of the instrument, and a point."""
+    """Return a model of one quantity with all instrument parameters, and a parameter point."""
     rng = np.random.default_rng(3)
     values = measure(name, kr.solve(scene, TIMES[TIMES >= 0.0]))
     values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]
@@ -112,7 +112,7 @@ def check_jacobian(model, point):
 @pytest.mark.parametrize("words", [{}, EVERYTHING], ids=["plain", "moving"])
 @pytest.mark.parametrize("description", DESCRIPTIONS)
 @pytest.mark.parametrize("name", MEASURABLE)
-def test_values_are_those_of_a_path(name, description, words):
+def test_model_values_equal_those_of_a_path(name, description, words):
     own = {} if name in JUMPING else words
     scene = make_scene(description, **own)
     path = kr.solve(scene, np.linspace(0.0, 3.0, 9))
@@ -130,7 +130,7 @@ def test_derivatives_without_a_lever_are_finite(name):
     assert np.isfinite(model.evaluate(point).jacobian).all()
 
 
-def test_a_pole_has_finite_derivatives():
+def test_derivatives_at_a_pole_are_finite():
     record = kr.Record([0.0, 0.1], {"nutation": [0.0, 0.1], "precession_angle": [0.0, 0.1]}, 0.1)
     parameters = Parameters(kr.scenes.sleeping, ("attitude", "velocity"), [record])
     sigmas = [series.sigma for series in record.series]

@@ -59,7 +59,7 @@ def test_a_sigma_of_an_absent_quantity_is_refused():
         ({"q": [[1.0, 0, 0, 0]] * 3}, "bias", "attitudes have no bias"),
     ],
 )
-def test_properties_that_an_instrument_lacks_are_refused(values, free, message):
+def test_missing_instrument_properties_are_refused(values, free, message):
     with pytest.raises(ValueError, match=message):
         kr.Record(T, values, free=free)
 
@@ -105,7 +105,7 @@ def test_degrees_are_converted():
     assert np.isclose(other.sigma[0]["nutation"], np.degrees(0.01))
 
 
-def test_a_component_alone_is_compared():
+def test_single_components_can_be_compared():
     t = np.linspace(0.0, 2.0, 100)
     path = kr.solve(HEAVY, t)
     values = {"apex_x": path.apex[:, 0], "body_velocity_z": path.body_velocity[:, 2]}
@@ -151,19 +151,19 @@ def test_invalid_files_are_refused(tmp_path, text, message):
         kr.Record.from_csv(file)
 
 
-def test_a_file_that_is_no_text_is_refused(tmp_path):
+def test_a_binary_file_is_refused(tmp_path):
     (tmp_path / "record.csv").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(ValueError, match="is not a CSV file in UTF-8"):
         kr.Record.from_csv(tmp_path / "record.csv")
 
 
-def test_a_sigma_is_not_needed_where_nothing_was_measured():
+def test_missing_values_need_no_sigma():
     values, sigma = [1.0, np.nan, 2.0], [0.1, np.nan, 0.2]
     [series] = kr.Record(T, {"spin": values}, sigma).series
     assert series.sigma[:, 0].tolist() == [0.1, 1.0, 0.2]
 
 
-def test_columns_nobody_knows_are_refused(tmp_path):
+def test_unknown_columns_are_refused(tmp_path):
     file = tmp_path / "record.csv"
     file.write_text("t,rpm\n0,1\n1,2\n")
     with pytest.raises(ValueError, match="unknown column 'rmp'; did you mean 'rpm'"):

@@ -1,4 +1,4 @@
-"""Tests of the search of kreisel.fit: progress, interruption, pieces, threads, and the command."""
+"""Tests of the search in kreisel.fit: progress, interruption, threads, and the command line."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -34,7 +34,7 @@ def moment_ratios(scene):
     return moments[:2] / moments[2]
 
 
-def test_pieces_agree_with_a_single_motion():
+def test_multiple_shooting_agrees_with_a_single_motion():
     record = attitudes(12.0, 240)
     single = kr.fit(CHAOTIC, record, FREE, pieces=1)
     pieces = kr.fit(chaotic_guess(), record, FREE, pieces=6)
@@ -47,7 +47,7 @@ def test_pieces_agree_with_a_single_motion():
     assert turned.max() < 1e-3 and (pieces.path.t == record.t).all()
 
 
-def test_pieces_without_a_measured_motion_begin_along_the_scene():
+def test_unmeasured_intervals_start_from_the_motion_of_the_scene():
     t = np.linspace(0.0, 3.0, 120)
     noise = 0.1 * np.random.default_rng(0).normal(size=120)
     record = kr.Record(t, {"energy": kr.solve(HEAVY, t).energy + noise}, 0.1)
@@ -57,7 +57,7 @@ def test_pieces_without_a_measured_motion_begin_along_the_scene():
     assert abs(fit.values["gravity"] - single.values["gravity"]) < 0.1 * single.error["gravity"]
 
 
-def test_a_chaotic_motion_is_fitted_in_pieces():
+def test_a_chaotic_motion_is_fitted_by_multiple_shooting():
     rate = kr.lyapunov(CHAOTIC, 500.0).value
     fit = kr.fit(chaotic_guess(), attitudes(15.0 / rate, 800), FREE)
     found, error = fit.error_of(moment_ratios)
@@ -104,7 +104,7 @@ def test_ctrl_c_before_the_first_motion_keeps_nothing(monkeypatch):
     assert stopped.value.fit is None and pickle.loads(pickle.dumps(stopped.value)).fit is None
 
 
-def test_a_fit_that_does_not_converge_warns_and_is_kept():
+def test_a_fit_that_does_not_converge_is_returned_with_a_warning():
     with pytest.warns(UserWarning, match="did not converge"):
         fit = kr.fit(HEAVY, gyroscope(), FREE, max_evaluations=3)
     assert not fit.has_converged and fit.evaluations <= 8 and "best so far" in str(fit)
@@ -130,7 +130,7 @@ def test_negative_times_are_fitted():
     assert np.abs(fit.path.body_velocity - values).max() < 6.0 * SIGMA
 
 
-def test_a_start_where_nothing_moves_is_left():
+def test_the_search_leaves_a_guess_at_rest():
     rest = kr.Scene(GUESS.body, momentum=(0, 0, 0), gravity=9.81)
     fit = kr.fit(rest, gyroscope(), FREE)
     found, error = fit.error_of(ratios)
@@ -138,9 +138,9 @@ def test_a_start_where_nothing_moves_is_left():
 
 
 def turning(t, free=("start", "moments"), change=0.0):
-    """Return a fit of attitudes of the symmetric top, which makes 3.2 turns a second.
+    """Return a fit to attitudes of the symmetric top, which turns 3.2 times per second.
 
-    The spin of the guess is the true spin plus `change`.
+    The initial guess of the spin is the true spin plus `change`.
     """
     rng = np.random.default_rng(0)
     turns = exponential(0.01 * rng.normal(size=(len(t), 3)))
@@ -151,7 +151,7 @@ def turning(t, free=("start", "moments"), change=0.0):
     return kr.fit(start, kr.Record(t, {"q": q}, 0.01), free)
 
 
-def test_another_spin_that_fits_as_well_is_named():
+def test_an_equally_good_spin_is_named():
     fit = turning(0.2 * np.arange(100))
     assert fit.has_converged and fit.unidentified == () and len(fit.ambiguous) == 1
     faster = np.linalg.norm(kr.solve(fit.scene, [0.0]).body_velocity) + 2.0 * np.pi / 0.2
@@ -174,14 +174,14 @@ def test_a_spin_that_is_determined_is_not_called_ambiguous(t, free):
     assert abs(fit.values["body_velocity_z"] - 20.0) < 4.0 * fit.error["body_velocity_z"] < 0.05
 
 
-def test_a_start_with_another_spin_is_left_if_the_moments_are_known():
+def test_a_wrong_spin_is_corrected_if_the_moments_are_known():
     fit = turning(0.2 * np.arange(40), "start", -2.0 * np.pi / 0.2)
     assert fit.ambiguous == () and 0.5 < fit.chi2 / fit.dof < 1.5
     assert abs(fit.values["body_velocity_z"] - 20.0) < 4.0 * fit.error["body_velocity_z"] < 0.05
 
 
 @pytest.mark.parametrize("sigma", [0.02, None])
-def test_noise_that_no_motion_fits_is_said(sigma):
+def test_noise_that_no_motion_fits_is_reported(sigma):
     noise = 5.0 * np.random.default_rng(0).normal(size=(60, 3))
     record = kr.Record(np.linspace(0.0, 3.0, 60), {"body_velocity": noise}, sigma)
     with pytest.warns(UserWarning, match="No motion of this scene fits the records"):
@@ -190,7 +190,7 @@ def test_noise_that_no_motion_fits_is_said(sigma):
     assert "No motion of this scene fits the records: the residuals are" in str(fit)
 
 
-def test_large_noise_of_known_size_is_no_misfit():
+def test_large_noise_of_known_sigma_is_no_misfit():
     noise = 20.0 * np.random.default_rng(0).normal(size=(300, 3))
     values = kr.solve(HEAVY, np.linspace(0.0, 3.0, 300)).body_velocity + noise
     record = kr.Record(np.linspace(0.0, 3.0, 300), {"body_velocity": values}, 20.0)
@@ -220,7 +220,7 @@ def test_the_command_writes_the_scene_and_the_table(files):
     assert (files / "fit.svg").read_text().count("<path") > 20
 
 
-def test_the_command_takes_the_place_of_an_accelerometer(files):
+def test_the_command_has_an_option_for_the_accelerometer_point(files):
     words = "--column specific_force=wx,wy,wz --time time --sigma 5 --free velocity"
     inputs = f"fit {files / 'toss.csv'} {files / 'top.toml'} {words}"
     assert call(f"{inputs} --point 0,0,0.5").startswith("Fit of 3 parameters to 900 numbers")

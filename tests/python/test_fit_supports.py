@@ -1,4 +1,4 @@
-"""Fits of tops with friction and on moving supports, to records by SciPy and by formulas."""
+"""Fits of tops with friction and moving supports to records from SciPy and from formulas."""
 
 import kreisel as kr
 import numpy as np
@@ -49,7 +49,7 @@ def rotate_randomly(q, rng):
 
 
 def simulate(scene, seed, end=3.0, n=150):
-    """Return records of the attitude and of the relative velocity, seen from the body."""
+    """Return records of the attitude and of the relative velocity in the body frame."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
     seen = velocity + SIGMA * rng.normal(size=velocity.shape)
@@ -57,7 +57,7 @@ def simulate(scene, seed, end=3.0, n=150):
 
 
 def run_down(t, spin, damping, friction, moment):
-    """Return the spin of a sleeping top."""
+    """Return the spin of a sleeping top with damping and dry friction."""
     decay = np.exp(-damping / moment * t)
     return np.maximum(spin * decay - friction * (1.0 - decay) / damping, 0.0)
 
@@ -67,7 +67,7 @@ def is_near(fit, expected, most=4.0):
 
 
 @pytest.mark.parametrize("loss", ["linear", "soft"])
-def test_the_spin_that_runs_down_tells_friction_and_damping(loss):
+def test_a_decaying_spin_determines_friction_and_damping(loss):
     top = kr.Scene.spinning(SYMMETRIC.body, spin=20.0, tilt=0.0, gravity=9.81, damping=0.05)
     t, truth = np.linspace(0.0, 10.0, 200), (20.0, 0.1, 1.0)
     rng = np.random.default_rng(3)
@@ -107,7 +107,7 @@ def test_curve_fit_finds_the_same_friction_of_a_heavy_top(truth):
     assert abs(fit.values["friction"] - abs(values[1])) < 2.0 * error
 
 
-def test_a_fit_at_the_bound_of_friction_says_so():
+def test_a_fit_at_the_bound_of_friction_is_reported():
     t = np.linspace(0.0, 3.0, 100)
     driven = kr.solve(SYMMETRIC, t).spin + 0.02 * t  # a motor drives the top a little
     fit = kr.fit(SYMMETRIC, kr.Record(t, {"spin": driven}, 0.1), ("velocity", "friction"))
@@ -148,7 +148,7 @@ def test_fits_on_moving_supports(words, start, free):
         assert abs(ratios[name][0] - value) < 4.0 * ratios[name][1] < 0.05
 
 
-def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
+def test_a_gyroscope_on_a_turntable_measures_inertial_velocity():
     table = HEAVY.replace(turning=(0.0, 0.0, 2.0))
     t = np.linspace(0.0, 3.0, 150)
     at_rest = HEAVY.replace(
@@ -165,8 +165,8 @@ def test_a_gyroscope_on_a_turntable_is_not_relative_to_it():
     assert np.abs(turned[0] - turned[1]).max() < 1e-5
 
 
-def test_the_trace_of_the_tip_on_a_turntable_needs_no_start():
-    """The tip of a symmetric top at rest, seen from a turntable."""
+def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
+    """Fit the apex of a symmetric top on a support at rest, as seen from a turntable."""
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)
@@ -179,7 +179,7 @@ def test_the_trace_of_the_tip_on_a_turntable_needs_no_start():
     assert abs(fit.values["I1 = I2"] - 1.0) < 4.0 * fit.error["I1 = I2"] < 0.05
 
 
-def test_the_trace_of_a_tip_past_the_stop_needs_no_start():
+def test_the_apex_beyond_a_stop_needs_no_initial_guess():
     top = SYMMETRIC.replace(friction=2.5)
     path = kr.solve(top, np.linspace(0.0, 6.0, 200), events=[kr.events.stopped()])
     assert path.events.t[0] == pytest.approx(0.6 * 20.0 / 2.5)
@@ -207,7 +207,7 @@ def test_rotor_friction_and_turning_are_found_together():
     assert is_near(fit, expected) and 0.8 < fit.chi2 / fit.dof < 1.2
 
 
-def test_pieces_keep_the_phase_of_the_shaking():
+def test_multiple_shooting_keeps_the_shaking_phase():
     scene = HEAVY.replace(body=ROTOR, turning=TURNING, shaking=SHAKING, friction=0.5)
     record = gyroscope(scene, n=120, sigma=0.02)
     free = ("start", "turning", "shaking", "friction")
@@ -219,7 +219,7 @@ def test_pieces_keep_the_phase_of_the_shaking():
 
 
 @pytest.mark.parametrize("words", [{"turning": TURNING}, {"shaking": SHAKING}, {"friction": 0.5}])
-def test_gaps_between_pieces_have_right_derivatives(words):
+def test_derivatives_of_shooting_gaps_are_right(words):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
@@ -254,8 +254,8 @@ def test_derivatives_are_right_after_stops():
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
 
 
-def test_of_equal_motions_the_one_like_the_scene_is_returned():
-    """Amplitude and phase of the shaking have a twin, and a gyroscope does not show the heading."""
+def test_equivalent_motions_resolve_to_the_one_near_the_guess():
+    """Check a fit with equivalent motions: two shaking phases, and an unobservable heading."""
     scene = HEAVY.replace(turning=TURNING, shaking=SHAKING)
     t = np.linspace(0.0, 3.0, 200)
     values = kr.solve(scene, t).inertial_velocity + SIGMA * np.random.default_rng(1).normal(
@@ -272,7 +272,7 @@ def test_of_equal_motions_the_one_like_the_scene_is_returned():
     assert direction == pytest.approx(np.arctan2(-0.1, 0.35), abs=1e-12)
 
 
-def test_blind_directions_are_named():
+def test_undetermined_directions_are_named():
     top = kr.Scene(
         kr.Body(1.0, (1.0, 1.3, 0.6), (0, 0, 0), unphysical=True),
         body_velocity=(1.0, 2.0, 5.0),
@@ -318,7 +318,7 @@ def test_records_before_a_start_that_friction_holds_are_refused():
         ({"specific_force": np.zeros((9, 3))}, "start", "it jumps where the spin stops"),
     ],
 )
-def test_what_has_no_derivatives_is_refused(record, free, message):
+def test_parameters_without_derivatives_are_refused(record, free, message):
     point = (0, 0, 1) if "specific_force" in record else None
     body = kr.Body(1.0, (1.0, 1.3, 0.6), (0, 0, 0), unphysical=True).turn((0.6, 0.48, 0.0, 0.64))
     scene = kr.Scene(body, momentum=(0, 0, 1), friction=0.1)
@@ -326,7 +326,7 @@ def test_what_has_no_derivatives_is_refused(record, free, message):
         kr.fit(scene, kr.Record(np.arange(9.0), record, 0.1, point=point), free)
 
 
-def test_results_know_the_environment(tmp_path):
+def test_results_contain_friction_turning_and_shaking(tmp_path):
     scene = HEAVY.replace(friction=0.5, turning=TURNING, shaking=SHAKING)
     fit = kr.fit(scene, gyroscope(scene, n=60), ("start", "turning", "shaking", "friction"))
     units = dict(zip(fit.names, fit.units, strict=True))

@@ -27,7 +27,7 @@ def off(found, exact):
 @pytest.mark.parametrize(
     "name", ["cusps", "thesis", "fast", "strong_gravity", "sleeping"]
 )  # loops, rosettes through the pole, a pendulum
-def test_frequencies_are_those_of_the_closed_form(name):
+def test_frequencies_agree_with_the_closed_form(name):
     exact, path = solve_periods(kr.scenes.get_scene(name))
     found = kr.frequencies(path)
     assert not found.exact and off(found, exact) < 1e-12
@@ -78,7 +78,7 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
     """Check the mean rates of a top whose apex passes a pole between two states.
 
-    The mean rates must not depend on how close these states are to the pole.
+    The mean rates must not depend on the distance of these states from the pole.
     """
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
@@ -96,7 +96,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """Check that mean rates are NaN if errors determine on which side the apex passes a pole."""
+    """Check that mean rates are NaN if errors decide on which side the apex passes a pole."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -122,7 +122,7 @@ def test_frequencies_of_free_bodies():
         assert off(kr.frequencies(path), exact) < 1e-12
 
 
-def test_of_exact_motions_they_are_the_closed_forms_own():
+def test_frequencies_of_exact_paths_are_those_of_the_closed_form():
     exact, path = solve_periods(LAGRANGE, method="exact")
     found = kr.frequencies(path, 20)
     assert found.exact and off(found, exact) == 0.0
@@ -131,7 +131,7 @@ def test_of_exact_motions_they_are_the_closed_forms_own():
     assert (np.diff(np.abs(found.amplitudes)) < 1e-12).all()
 
 
-def test_lines_add_up_to_the_way_of_the_apex():
+def test_spectral_lines_sum_to_the_motion_of_the_apex():
     _, path = solve_periods(kr.scenes.cusps)
     found = kr.frequencies(path)
     way = np.exp(1j * np.multiply.outer(path.t, found.lines)) @ found.amplitudes
@@ -139,7 +139,7 @@ def test_lines_add_up_to_the_way_of_the_apex():
     assert found.rest < 1e-11 and "12 lines" in repr(found)
 
 
-def test_lines_that_were_put_in_are_found():
+def test_known_lines_are_recovered():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
     found, amplitudes, rest = _strongest_lines(
@@ -152,7 +152,7 @@ def test_lines_that_were_put_in_are_found():
 TILTED = kr.scenes.asymmetric_regular.replace(attitude=(0.8, 0.6, 0, 0))
 
 
-def test_a_chaotic_path_leaves_a_rest():
+def test_chaotic_paths_have_a_large_remainder():
     t = np.linspace(0, 1500, 15001)
     paths = (kr.solve(scene, t) for scene in (TILTED, kr.scenes.asymmetric))
     regular, chaotic = (kr.frequencies(path, 40) for path in paths)
@@ -162,14 +162,14 @@ def test_a_chaotic_path_leaves_a_rest():
         assert getattr(half, rate) == pytest.approx(getattr(regular, rate), rel=1e-9)
 
 
-def test_rates_that_cannot_be_told_are_none():
-    """Check that a top whose axis passes the pole irregularly on either side has no mean rates."""
+def test_undetermined_rates_are_nan():
+    """Check that a top has no mean rates if its apex passes the pole on either side irregularly."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3
 
 
-def test_an_axis_that_keeps_its_height_or_rests():
+def test_steady_and_resting_axes_have_no_nutation():
     steady = kr.scenes.steady_precession
     found = kr.frequencies(kr.solve(steady, np.linspace(0, 100, 2001), "taylor"))
     assert found.nutation == 0.0 and found.precession == pytest.approx(1.0, abs=1e-12)
@@ -182,7 +182,7 @@ def test_an_axis_that_keeps_its_height_or_rests():
     assert rest.nutation == 0.0 and rest.lines.shape == (12,)
 
 
-def test_a_top_let_go_at_rest_swings_as_one_that_hardly_moves():
+def test_a_top_released_at_rest_has_the_frequency_of_a_slow_one():
     t = np.linspace(0, 100, 4001)
     body = kr.Body(1.0, (1.0, 1.5, 2.0), (0.5, 0.0, 0.0))
     lying = (math.cos(0.6), 0.0, math.sin(0.6), 0.0)
@@ -198,7 +198,7 @@ def test_a_top_let_go_at_rest_swings_as_one_that_hardly_moves():
     assert math.isnan(still.precession) and still.nutation == 0.0
 
 
-def test_a_path_back_in_time_has_the_same():
+def test_frequencies_do_not_depend_on_the_direction_of_time():
     ahead, back = (
         kr.frequencies(kr.solve(kr.scenes.cusps, sign * np.linspace(0, 150, 3001), "taylor"))
         for sign in (1, -1)
@@ -223,7 +223,7 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
         (kr.solve(GENERAL, np.linspace(0, 1, 80), want=["energy"]), 2, "want"),
     ],
 )
-def test_what_cannot_be_is_refused(path, n, said):
+def test_invalid_arguments_are_refused(path, n, said):
     with pytest.raises((TypeError, ValueError, AttributeError), match=said):
         kr.frequencies(path, n)
 
@@ -231,7 +231,7 @@ def test_what_cannot_be_is_refused(path, n, said):
 # Boundary values
 
 
-def test_frequencies_need_so_many_states():
+def test_frequencies_need_enough_states():
     t = np.linspace(0.0, 30.0, 64)
     path = kr.solve(TOP, t)
     kr.frequencies(path, 64)

@@ -1,4 +1,4 @@
-"""Tops with dry friction, compared with SciPy and with spins in closed form."""
+"""Tops with dry friction, compared with SciPy and with closed-form solutions for the spin."""
 
 import math
 
@@ -64,7 +64,7 @@ def test_a_stopped_top_is_a_spherical_pendulum():
 
 
 @pytest.mark.parametrize("friction", [1e3, 1e16, 1e150, 1e308])
-def test_a_top_that_is_held_takes_the_steps_of_its_slow_motion(friction):
+def test_friction_at_rest_does_not_shorten_the_steps(friction):
     path = kr.solve(SPUN.replace(friction=friction), [0, 1, 5], max_steps=200)
     assert np.all(np.abs(path.spin[1:]) < 1e-15)
     assert np.ptp(path.energy[1:]) < 1e-14
@@ -140,7 +140,7 @@ def test_invalid_friction_is_refused(friction):
             HEAVY.vary(friction=[0.0, friction])
 
 
-def test_whatever_does_not_know_friction_says_so():
+def test_functions_without_friction_refuse_it():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     for refused in (
         *list_unsupported_calls(HEAVY, path),

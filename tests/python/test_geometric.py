@@ -21,7 +21,7 @@ LAGRANGE, KOWALEWSKI, ASYMMETRIC = kr.scenes.thesis, kr.scenes.kowalewski, kr.sc
 @pytest.mark.parametrize(
     "scene", [LAGRANGE, KOWALEWSKI, ASYMMETRIC], ids=["lagrange", "kowalewski", "asymmetric"]
 )
-def test_the_error_is_met(scene, target):
+def test_the_requested_error_is_met(scene, target):
     times = np.linspace(0, 20, 41)
     path = kr.solve(scene, times, method="geometric", error=target)
     truth = kr.solve(scene, times, method="kahan_li8", step=0.005)
@@ -54,7 +54,7 @@ def lingering(rng):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_the_error_is_met_or_refused_where_a_motion_lingers(seed):
+def test_near_unstable_equilibria_the_error_is_met_or_refused(seed):
     rng = np.random.default_rng(seed)
     scene, target = lingering(rng), 10 ** rng.uniform(-9, -4)
     times = np.linspace(0.0, rng.choice([-1, 1]) * rng.uniform(20, 100), 501)
@@ -69,7 +69,7 @@ def test_the_error_is_met_or_refused_where_a_motion_lingers(seed):
 
 @pytest.mark.parametrize("end", [1e4, -1e4])
 @pytest.mark.parametrize("most", [1, 30, 3000])
-def test_whichever_run_is_ended_leaves_a_state(most, end):
+def test_a_stopped_search_leaves_a_valid_path(most, end):
     with pytest.raises(kr.Error, match=f"of {end:g}") as ended:
         kr.solve(LAGRANGE, end, "geometric", error=1e-6, max_steps=most)
     path = ended.value.path
@@ -77,12 +77,12 @@ def test_whichever_run_is_ended_leaves_a_state(most, end):
 
 
 def turning_over():
-    """Return a free body that flips over, at which times its error is largest."""
+    """Return a free body that flips over. Its error is largest during a flip."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
-def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """Check `error` and `choice` of a path, an ensemble, a part of a path and a loaded path."""
+def test_error_and_choice_are_those_of_the_path():
+    """Check `error` and `choice` of a path, an ensemble, a part of a path, and a loaded path."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -120,14 +120,14 @@ def test_the_error_is_of_the_states_the_choice_of_all_the_way():
     ],
     ids=["slow rod", "let go"],
 )
-def test_few_long_steps_meet_it_between_their_ends_too(scene, t, target):
+def test_long_steps_meet_the_error_between_grid_points(scene, t, target):
     path = kr.solve(scene, t, method="geometric", error=target)
     between = np.linspace(0.0, t, 400)
     true = kr.attitude_error(path(between).q, kr.solve(scene, between, digits=20).q).max()
     assert true <= target and path.plan.step > 0.5
 
 
-def test_an_error_that_can_be_met_is_met_at_an_unstable_equilibrium():
+def test_a_feasible_error_is_met_at_an_unstable_equilibrium():
     scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilt_about_e1(1e-6))
     times = np.linspace(0, 100, 1001)
     path = kr.solve(scene, times, method="geometric", error=3e-3)
@@ -137,7 +137,7 @@ def test_an_error_that_can_be_met_is_met_at_an_unstable_equilibrium():
 @pytest.mark.parametrize(
     "tilt, momentum, target", [(1e-8, 0.0, 1e-9), (1e-8, 0.0, 1e-3), (1e-6, 1e-6, 1e-6)]
 )
-def test_a_search_ends(tilt, momentum, target):
+def test_an_impossible_search_ends_soon(tilt, momentum, target):
     scene = kr.Scene(PENDULUM, momentum=(momentum, 0, 0), attitude=tilt_about_e1(tilt))
     begin = time.process_time()
     with pytest.raises(ValueError, match="cannot be met"):
@@ -145,7 +145,7 @@ def test_a_search_ends(tilt, momentum, target):
     assert time.process_time() - begin < 10
 
 
-def test_a_search_has_a_budget_that_is_told():
+def test_the_choice_shows_its_budget():
     choice = kr.solve(ASYMMETRIC, 20, method="geometric", error=1e-6).plan.choice
     assert choice.budget >= 64 * 20 / choice.step / 4
     assert f"{choice.budget} steps at most" in str(choice)
@@ -159,7 +159,7 @@ def test_trial_runs_cost_less_than_the_run(name):
     assert choice.run == again.stats.evaluations and choice.trials < 1.5 * choice.run
 
 
-def test_it_says_what_was_chosen_and_what_it_cost():
+def test_the_choice_shows_method_step_and_cost():
     path = kr.solve(LAGRANGE, 100, method="geometric", error=1e-7)
     plan = path.plan.choice
     assert path.stats.evaluations == plan.run + plan.trials and plan.trials > 0 and len(path) == 2
@@ -173,14 +173,14 @@ def test_it_says_what_was_chosen_and_what_it_cost():
     assert 1e-6 < kr.solve(LAGRANGE, 1, method="strang", step=0.1).error < 1e-2
 
 
-def test_no_more_is_done_than_it_takes():
+def test_simple_motions_need_few_steps():
     free = LAGRANGE.replace(gravity=0.0)  # the drift of this method is exact
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.choice.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
 
 
-def test_any_times_can_be_asked_for():
+def test_any_times_can_be_requested():
     back = kr.solve(LAGRANGE, [-1, -2.5, -7], method="geometric", error=1e-6)
     truth = kr.solve(LAGRANGE, [-1, -2.5, -7], method="extrap", tol=1e-12)
     assert back.t.tolist() == [-1, -2.5, -7] and kr.attitude_error(back.q, truth.q).max() < 2e-6
@@ -190,7 +190,7 @@ def test_any_times_can_be_asked_for():
     assert tuple(kr.solve(LAGRANGE, 0, method="geometric", error=1e-6).m[-1]) == LAGRANGE.momentum
 
 
-def test_what_the_data_do_not_hold_is_refused():
+def test_errors_below_the_conditioning_are_refused():
     with pytest.raises(
         ValueError, match=r"cannot be met at t = 100.*changes the attitude by about \d"
     ):
@@ -208,12 +208,12 @@ def test_what_the_data_do_not_hold_is_refused():
         ({"error": 1e-6, "method": "strang", "step": 0.1}, "error is for method='geometric'"),
     ],
 )
-def test_words_that_do_not_suit_are_refused(words, message):
+def test_unsuitable_arguments_are_refused(words, message):
     with pytest.raises(ValueError, match=message):
         kr.solve(LAGRANGE, 10, **{"method": "geometric", **words})
 
 
-def test_published_figures_are_met(capsys):
+def test_the_benchmark_meets_its_targets(capsys):
     pytest.importorskip("heyoka")
     from validation.benchmarks import geometric_methods
 
@@ -222,7 +222,7 @@ def test_published_figures_are_met(capsys):
     assert said.count("PASS") == 23 and "MISSED" not in said
 
 
-def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
+def test_a_hanging_top_with_rounding_errors_is_solved():
     """Check that a hanging top is solved although rounding puts its energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
@@ -239,7 +239,7 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
         assert kr.solve(scene, 5, "geometric", error=1e-6).error <= 1e-6
 
 
-def test_a_step_too_large_on_the_way_is_tried_smaller():
+def test_the_search_continues_after_a_refused_step():
     """Check that the search continues if takahashi_imada4 fails with the first trial step."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
@@ -262,7 +262,7 @@ def test_a_step_too_large_on_the_way_is_tried_smaller():
     assert kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max() < 0.0918
 
 
-def test_of_a_top_that_takes_too_many_steps_the_states_are_kept_that_it_reached():
+def test_max_steps_keeps_the_states_reached():
     tops = kr.scenes.asymmetric.vary(gravity=[0.0, 0.5, 1.0])
     times = [0.0, 1.0, 1.0, 9.0, 20.0]
     for sign in (1.0, -1.0):
@@ -317,7 +317,7 @@ def run_search(monkeypatch, errors, **more):
     return search, lambda: step_search.search_path(THESIS, np.array([8.0]), 1e-9, 0)
 
 
-def test_a_search_goes_on_by_what_it_found(monkeypatch):
+def test_the_search_refines_by_the_observed_errors(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
     search, found = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
     assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
@@ -342,7 +342,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
         found()
 
 
-def test_an_error_of_a_tenth_tells_nothing_of_finer_steps():
+def test_large_errors_are_not_extrapolated():
     search = SimpleNamespace(target=0.01, order=4)
     finer = step_search.StepSearch.refine
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400

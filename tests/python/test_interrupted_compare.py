@@ -10,7 +10,7 @@ TOP = kr.scenes.asymmetric
 WORDS = {"methods": ["rk4", "strang", "taylor"], "steps": [0.1, 0.05], "repeats": 2}
 
 
-def test_a_comparison_tells_its_progress():
+def test_a_comparison_reports_progress():
     told = []
     table = kr.compare(TOP, 1.0, progress=told.append, **WORDS)
     assert len(table) == 5 and told == [pytest.approx(i / 10) for i in range(1, 11)]
@@ -69,7 +69,7 @@ except kr.CompareInterrupted as stopped:
     assert done.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
 
 
-def test_the_command_line_shows_what_there_is():
+def test_the_command_line_shows_finished_rows():
     words = ["compare", "thesis", "--t", "1e6", "--methods", "exact,rk4", "--steps", "1e-4"]
     code = f"""
 sys.argv[1:] = {[*words, "--truth", "exact"]}
@@ -82,7 +82,7 @@ main()
     assert "interrupted: 1 of 2 runs" in done.stderr
 
 
-def test_ctrl_c_in_a_closed_form_is_plain():
+def test_ctrl_c_in_a_closed_form_raises_keyboard_interrupt():
     done = python(
         SEND
         + """

@@ -1,4 +1,4 @@
-"""Runs that end early: failures, exceptions of a progress callback, Ctrl-C."""
+"""Runs that end early because of failures, exceptions in a progress callback, or Ctrl-C."""
 
 import gc
 import pickle
@@ -16,7 +16,7 @@ from tops import GENERAL
 TOP = kr.scenes.asymmetric
 
 
-def test_a_limit_of_steps_ends_a_run():
+def test_max_steps_ends_a_run():
     with pytest.raises(
         kr.Error, match=r"largest number of steps.*rk4 reached t = 0.1 of 1 in 10 steps"
     ) as failure:
@@ -32,7 +32,7 @@ def test_a_limit_of_steps_ends_a_run():
 
 
 @pytest.mark.parametrize("first, reached", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
-def test_a_state_that_stops_being_finite_ends_a_run(first, reached):
+def test_a_state_that_is_not_finite_ends_a_run(first, reached):
     wild = GENERAL.replace(momentum=(5, -10, 5), attitude=(1, 0, 0, 0))
     with pytest.raises(kr.Error, match=r"finite.* in 3 steps") as failure:
         kr.solve(wild, [first, 50.0], "rk4", step=0.5)
@@ -42,7 +42,7 @@ def test_a_state_that_stops_being_finite_ends_a_run(first, reached):
     assert np.array_equal(path.states[-1], kr.solve(wild, 1.5, "rk4", step=0.5).states[-1])
 
 
-def test_a_tolerance_out_of_reach_ends_a_run():
+def test_an_unreachable_tolerance_ends_a_run():
     with pytest.raises(kr.Error) as failure:
         kr.solve(GENERAL, 1, tol=1e-300)
     assert failure.value.status == "ERR_STEP" and failure.value.path.t.tolist()[0] == 0
@@ -78,12 +78,12 @@ def solve_top(tell):
 
 
 @pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
-def test_progress_is_told_however_short_the_pieces(run):
+def test_progress_is_reported_with_short_chunks(run):
     first, second, third = make_third_call_raise(run)
     assert 0 <= first < second < third < 1e9  # `first` may be 0 on a slow machine
 
 
-def test_progress_is_told_in_any_thread_and_may_not_lead_on():
+def test_progress_works_in_any_thread_and_must_not_advance_the_run():
     failures = []
 
     def work():
@@ -101,7 +101,7 @@ def test_progress_is_told_in_any_thread_and_may_not_lead_on():
     ]
 
 
-def test_what_progress_raises_is_not_kept():
+def test_exceptions_in_progress_are_not_kept_alive():
     class Big:
         pass
 
@@ -132,14 +132,14 @@ def test_what_progress_raises_is_not_kept():
         lambda tell: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=tell)),
     ],
 )
-def test_progress_is_told_the_end(run):
+def test_progress_ends_with_the_final_time(run):
     told = []
     run(told.append)
     assert told[-1] == 3.0 and told == sorted(told)
 
 
-def test_a_call_that_is_refused_leaves_the_time_alone():
-    """Check that calls during a run are refused, and that `t` changes only when the run ends."""
+def test_a_refused_call_does_not_change_the_time():
+    """Check that calls during a run raise an error, and that `t` changes only when the run ends."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):
@@ -158,7 +158,7 @@ def test_a_call_that_is_refused_leaves_the_time_alone():
 
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
-def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
+def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
     """Check that the path is kept if Ctrl-C arrives between two calls of the core."""
     record, done = kr.start(TOP)._record.__func__, []
 
@@ -214,7 +214,7 @@ except kr.Interrupted as stopped:
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
-def test_ctrl_c_stops_everything_that_runs(kind):
+def test_ctrl_c_stops_every_long_call(kind):
     """Check that SIGINT ends each call that would otherwise run very long.
 
     The delay is measured by validation/benchmarks/omission_costs.py.
@@ -227,7 +227,7 @@ def test_ctrl_c_stops_everything_that_runs(kind):
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
-def test_other_signals_raise_what_their_handler_raises():
+def test_other_signals_raise_the_exception_of_their_handler():
     def handler(*_):
         raise TimeoutError("enough")
 
@@ -245,7 +245,7 @@ def test_other_signals_raise_what_their_handler_raises():
 
 
 @pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
-def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
+def test_a_top_refused_by_the_core_takes_no_step(words, monkeypatch):
     for verb in run, variational:
         monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
     with pytest.raises(kr.Error) as told:

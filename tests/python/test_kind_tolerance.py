@@ -14,15 +14,15 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body in randomly rotated axes, with the rounding errors of the rotation."""
+    """Return a body in randomly rotated axes, including the rounding errors of the rotation."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
 
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
-def test_a_turned_lagrange_top_is_one(size):
-    """Check that Lagrange tops stay Lagrange tops if the axes of their description are rotated."""
+def test_a_rotated_lagrange_top_stays_a_lagrange_top(size):
+    """Check that Lagrange tops stay Lagrange tops in any frame of description."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
@@ -31,7 +31,7 @@ def test_a_turned_lagrange_top_is_one(size):
         assert np.linalg.norm(body.principal_com) == pytest.approx(0.7, rel=4 * EPS)
 
 
-def test_other_turned_kinds_are_theirs():
+def test_other_kinds_are_recognized_in_rotated_axes():
     random = np.random.default_rng(4)
     for _ in range(200):
         assert random_axes_body((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
@@ -54,7 +54,7 @@ def test_rings_of_points_are_lagrange_tops():
         assert kr.Body(mass, tensor, com / mass).kind == "lagrange"
 
 
-def test_a_tensor_is_changed_by_roundings_only():
+def test_tensors_change_only_by_rounding_errors():
     random = np.random.default_rng(6)
     for off in 10 ** random.uniform(-14, -10, 300):
         turn, com = matrix(unit(random.normal(size=4))), random.normal(size=3)
@@ -69,7 +69,7 @@ def test_a_tensor_is_changed_by_roundings_only():
 
 @pytest.mark.parametrize("what", NEARLY)
 @pytest.mark.parametrize("off", [4e-14, 9e-13, 2e-10])
-def test_what_is_more_than_roundings_is_no_kind(what, off):
+def test_differences_above_rounding_change_the_kind(what, off):
     scene = kr.Scene(NEARLY[what](off), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "general"
     assert kr.solve(scene, 1).method == "taylor"
@@ -86,7 +86,7 @@ def test_what_is_more_than_roundings_is_no_kind(what, off):
 
 
 @pytest.mark.parametrize("what", NEARLY)
-def test_what_is_roundings_is_the_kind(what):
+def test_differences_of_rounding_size_keep_the_kind(what):
     scene = kr.Scene(NEARLY[what](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
     assert scene.body.kind == "lagrange" and kr.solve(scene, 1).method == "exact"
     paths = [kr.solve(scene, 10), kr.solve(scene, 10, "kahan_li8", step=0.01)]
@@ -96,7 +96,7 @@ def test_what_is_roundings_is_the_kind(what):
         assert error < 2e-13 and path.error == pytest.approx(error, rel=0.5, abs=3e-16)
 
 
-def test_a_top_that_falls_by_what_its_body_lacks_falls():
+def test_a_tiny_asymmetry_of_the_body_makes_the_top_fall():
     scene = kr.Scene(kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), unphysical=True), momentum=(0, 0, 1))
     path, true = kr.solve(scene, 35), kr.solve(scene, 35, digits=30)
     assert kr.attitude_error(path.q[-1], true.q[-1]) < 1e-9
@@ -104,7 +104,7 @@ def test_a_top_that_falls_by_what_its_body_lacks_falls():
 
 
 @pytest.mark.parametrize("words", [{}, {"method": "strang", "step": 0.001}])
-def test_without_gravity_no_centre_of_mass_matters(words):
+def test_without_gravity_the_centre_of_mass_does_not_matter(words):
     """Check that without gravity a nearly spherical body keeps the given axes."""
     moments, ends = (1, 1 + 0.8e-12, 1 - 0.15e-12), []
     for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
@@ -118,10 +118,10 @@ def test_without_gravity_no_centre_of_mass_matters(words):
 
 @pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
 @pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
-def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
+def test_a_top_with_a_tiny_tilt_falls(size, words):
     """Check that the time to fall is proportional to the logarithm of the tilt.
 
-    The tilt is so small that its square would underflow.
+    The square of the tilt would underflow.
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
@@ -138,7 +138,7 @@ def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
     assert kr.solve(scene.replace(gravity=0), 1).method == "exact"
 
 
-def test_a_top_that_leans_by_little_or_stands_has_a_closed_form():
+def test_slightly_tilted_and_upright_tops_have_a_closed_form():
     body, falls = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), -np.log(1e-69)
     little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0))
     path = kr.solve(little, [falls - 5, falls + 1])

@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """Return the attitude error after ten steps [rad], or None if the step is refused."""
+    """Return the attitude error after ten steps [rad], or None if the step size is rejected."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
@@ -45,12 +45,12 @@ def error(scene, method, step):
     return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
 
 
-def test_bobenko_suris4_takes_what_its_series_can():
+def test_bobenko_suris4_refuses_steps_beyond_its_series():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    The energy E and the torque are divided by I1, and E excludes the spin. E is the modified energy
-    that the map conserves. At such steps, the modified energy differs from the energy by a few per
-    cent.
+    The energy E and the torque are divided by I1, and E does not include the spin. E is the
+    modified energy that the map conserves. At such step sizes, the modified energy differs from the
+    energy by a few per cent.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -74,11 +74,11 @@ def test_bobenko_suris4_takes_what_its_series_can():
         ("veselov4", ["lagrange", "kowalewski", "asymmetric"], 1.25),
     ],
 )
-def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
-    """Check that a step h is refused if a kick or a rotation is too large.
+def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
+    """Check that a step size h is rejected if a kick or a rotation would be too large.
 
     A kick is too large if h^2 |A| / (least moment) > 2. A rotation is too large if it exceeds
-    `most` [rad] per step at the largest rate that the energy allows.
+    `most` [rad] per step at the highest rate that the energy allows.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
@@ -92,8 +92,8 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
     assert 50 < taken < 180
 
 
-def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Check the errors of large steps of a fast top, whose drift is exact."""
+def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
+    """Check the errors of large steps for a fast top, whose drift is solved exactly."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
@@ -107,6 +107,6 @@ def test_steps_of_many_turns_stay_finite(method):
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14
 
 
-def test_a_large_step_has_no_processor():
+def test_a_large_step_of_takahashi_imada4_is_refused():
     with pytest.raises(ValueError, match="step is too large"):
         kr.solve(kr.scenes.thesis, 100, method="takahashi_imada4", step=20.0)

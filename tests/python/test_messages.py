@@ -1,4 +1,4 @@
-"""Error messages name the argument, show at most a line of the value, and suggest a fix."""
+"""Error messages, which name the argument, show at most a line of its value and suggest a fix."""
 
 from types import SimpleNamespace
 
@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, like a Quantity of astropy; its dimension may be 0."""
+    """An array with a unit, like an astropy Quantity; its dimension may be 0."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number with a unit that NumPy drops, like a Quantity of pint."""
+    """A number with a unit that NumPy drops, like a pint Quantity."""
 
     units = "minute"
 
@@ -80,7 +80,7 @@ CALLS = {
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_no_message_holds_a_whole_argument(call):
+def test_messages_abbreviate_long_arguments(call):
     for value in VALUES:
         with pytest.raises((TypeError, ValueError)) as refusal:
             call(value)
@@ -102,7 +102,7 @@ OF_TIMES = {
 
 @pytest.mark.parametrize("call", OF_TIMES.values(), ids=OF_TIMES)
 @pytest.mark.parametrize("times", [ONE_NAN, ONE_NAN.tolist()], ids=["array", "list"])
-def test_a_time_that_is_none_is_told_by_its_place(call, times):
+def test_an_invalid_time_is_named_by_its_index(call, times):
     with pytest.raises(ValueError, match=r"must be finite, not .\[777\] = nan"):
         call(times)
 
@@ -134,7 +134,7 @@ def test_numbers_with_a_unit_are_refused(name):
             CALLS[name](value)
 
 
-def test_a_shape_is_told_in_place_of_the_numbers():
+def test_messages_show_shapes_instead_of_arrays():
     with pytest.raises(ValueError, match=r"3 numbers, not an array of shape \(300, 3\)$"):
         kr.Scene(body(), momentum=ROWS)
     with pytest.raises(ValueError, match=r"4 numbers .* not an array of shape \(101, 4\)$"):
@@ -148,14 +148,14 @@ def test_a_shape_is_told_in_place_of_the_numbers():
     "word, meant", [("omega_y", "velocity"), ("omega", "velocity"), ("theta", "nutation"),
                     ("phi", "precession_angle"), ("psi", "spin_angle"), ("enregy", "energy")]
 )  # fmt: skip
-def test_what_books_call_otherwise_is_understood(word, meant):
+def test_textbook_names_of_quantities_get_a_hint(word, meant):
     with pytest.raises(ValueError, match=f"did you mean '{meant}'"):
         kr.solve(GENERAL, 1, want=[word])
     with pytest.raises(AttributeError, match=f"a path has no '{word}'; did you mean '{meant}'"):
         getattr(kr.solve(GENERAL, 1), word)
 
 
-def test_each_name_is_told_once():
+def test_known_names_are_listed_once():
     with pytest.raises(AttributeError) as refusal:
         kr.solve(GENERAL, 1).qqqqqqqqqqqq  # noqa: B018
     names = str(refusal.value).partition("known are ")[2].split(", ")
@@ -169,13 +169,13 @@ def test_each_name_is_told_once():
     "method, words",
     [("taylor", {}), ("extrap", {}), ("implicit_midpoint", {"step": 0.1})],
 )
-def test_a_tolerance_out_of_reach_is_named(method, words):
+def test_an_unreachable_tolerance_is_named(method, words):
     said = "at tol = 1e-40, which is below the rounding of doubles: "
     with pytest.raises(kr.Error, match=said + method):
         kr.solve(kr.scenes.asymmetric, 1, method, tol=1e-40, **words)
 
 
-def test_the_plan_says_how_far_a_top_turns_in_a_step():
+def test_the_plan_shows_the_rotation_per_step():
     plan = kr.plan(LAGRANGE, method="strang", step=20)
     speed = np.linalg.norm(kr.solve(LAGRANGE, [0.0]).velocity)
     assert plan.turn >= 20 * speed * (1 - 1e-15)
@@ -188,13 +188,13 @@ def test_the_plan_says_how_far_a_top_turns_in_a_step():
 # Boundary values
 
 
-def test_a_tolerance_is_told_to_be_below_rounding_where_it_is():
+def test_a_tolerance_below_rounding_is_reported():
     with pytest.raises(kr.Error) as refused:
         kr.solve(TOP, [10.0], "extrap", tol=ROUNDING / 64, max_steps=1000)
     assert "which is below the rounding of doubles" in str(refused.value)
 
 
-def test_the_rounding_itself_is_not_below_rounding():
+def test_a_tolerance_equal_to_rounding_is_not_below_rounding():
     for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
         error = stop_exception("ERR_STEP", path, "it reached t = 1")

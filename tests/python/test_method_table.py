@@ -4,7 +4,7 @@ import kreisel as kr
 from kreisel._analysis import method_table
 
 
-def test_costs_are_told_by_three_figures():
+def test_costs_have_at_most_three_digits():
     told = [method_table._format_ratio(x) for x in (0.994, 1.0, 9.94, 10.0, 10.4, 123.4)]
     assert told == ["0.99", "1.0", "9.9", "10", "10", "123"]
 

@@ -1,6 +1,7 @@
-"""The properties of every method are those of the table: order, invariants, reversibility, bodies.
+"""Properties of every method, compared with the table: order, invariants, reversibility, bodies.
 
-All starts are tilted. No torque acts on an upright start, which would hide errors of first order.
+All starts are tilted. The torque on an upright start is zero, which would hide errors of first
+order.
 """
 
 from itertools import pairwise
@@ -14,7 +15,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return the (method, body) pairs of all methods that have the wanted flags."""
+    """Return the (method, body) pairs of all methods that have the given flags."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -30,15 +31,15 @@ def leads(name, body):
 
 
 @pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
-def test_order_is_that_of_the_table(name, body):
+def test_orders_agree_with_the_table(name, body):
     """Check that the orders measured in q and in m agree with the table within 0.2."""
     order = kr.methods[name].order
     slopes = measure_order(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 
-def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """Compare the reference, a composition of order 8, with the method extrap."""
+def test_extrapolation_agrees_with_the_reference_of_the_orders():
+    """Compare the order-8 composition that serves as the reference with the method extrap."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -46,7 +47,7 @@ def test_extrapolation_agrees_with_the_truth_of_the_orders():
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))
-def test_tolerance_is_kept(name, body):
+def test_errors_decrease_with_the_tolerance(name, body):
     top = scene(body)
     # here extrapolation would be less accurate than the reference
     truth = kr.solve(top, 10, method="taylor", digits=20)
@@ -61,7 +62,7 @@ def test_tolerance_is_kept(name, body):
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False, reversible=True))
-def test_the_way_back_leads_to_the_start(name, body):
+def test_reversible_methods_return_to_the_start(name, body):
     there = kr.solve(scene(body), 30, method=name, step=0.05)
     back = kr.solve(there.scene_at(-1), -30, method=name, step=0.05)
     assert kr.attitude_error(back.q[-1], there.q[0]) < 1e-11
@@ -74,9 +75,9 @@ ORBITAL = "bobenko_suris4", "lagrange"
 
 @pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
-    """Check that the energy error of symplectic methods is of size h^order and has no trend.
+    """Check that the energy error of symplectic methods is of order h^order and has no trend.
 
-    The mean error of a run four times as long differs only by a small fraction of the amplitude.
+    In a run four times as long, the mean error changes by only a small fraction of the amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -88,7 +89,7 @@ def test_energy_neither_drifts_nor_grows(name, body):
         assert np.ptp(quarters, axis=1).max() < 1.3 * np.ptp(quarters, axis=1).min()
 
 
-def test_hirota_kimura_keeps_its_rational_integrals():
+def test_hirota_kimura_conserves_its_rational_integrals():
     """Check (1 - h^2/4 a_k a_i W_j^2) / (1 - h^2/4 a_i a_j W_k^2), where dW_i/dt = a_i W_j W_k."""
     h, (i1, i2, i3) = 0.1, BODIES["free"].moments
     path = kr.solve(scene("free"), 1e4, method="hirota_kimura", step=h, every=10)
@@ -106,17 +107,17 @@ def is_compensated(name, body):
 
 
 @pytest.mark.parametrize("name, body", cases(is_compensated))
-def test_roundings_do_not_add_up(name, body):
-    """Check that sums are compensated: 1e6 errors of 1e-16 would change the energy by 1e-13.
+def test_rounding_errors_do_not_accumulate(name, body):
+    """Check compensated summation: 1e6 rounding errors of 1e-16 would change the energy by 1e-13.
 
-    The error of the method itself is smaller at this step, so the energy error is due to rounding.
+    At this step size, the method's own error is smaller, so the energy error is due to rounding.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()
 
 
 @pytest.mark.parametrize("name", ["veselov2", "veselov4"])
-def test_veselov_keeps_the_energy_of_free_tops(name):
+def test_veselov_conserves_the_energy_of_free_tops(name):
     path = kr.solve(scene("free"), 5000, method=name, step=0.05, every=100)
     assert path.energy_error < 1e-11 and path.stats.iterations > path.stats.steps
 
@@ -124,7 +125,7 @@ def test_veselov_keeps_the_energy_of_free_tops(name):
 @pytest.mark.parametrize(
     "name", [name for name, method in kr.methods.items() if method.implicit and not method.adaptive]
 )
-def test_implicit_methods_say_where_they_do_not_converge(name):
+def test_implicit_methods_raise_if_they_do_not_converge(name):
     with pytest.raises(kr.Error, match="did not converge") as failure:
         kr.solve(
             scene("asymmetric", momentum=(30.0, 40.0, -20.0)), 50, method=name, step=0.01, tol=1e-30
@@ -152,13 +153,13 @@ def is_promised(name, body):
     return body in CONSERVED.get(kr.methods[name].conserves, {})
 
 
-def test_what_the_words_of_the_table_promise_is_known():
+def test_conserved_quantities_in_the_table_are_known():
     assert {method.conserves for method in kr.methods.values()} <= set(CONSERVED)
 
 
 @pytest.mark.parametrize("name, body", cases(is_promised))
-def test_what_the_table_promises_is_conserved(name, body):
-    """Check the integrals of the table, except modified energies and rational integrals."""
+def test_conserved_quantities_in_the_table_are_conserved(name, body):
+    """Check the integrals in the table, except modified energies and rational integrals."""
     method = kr.methods[name]
     if method.adaptive:
         path = kr.solve(scene(body), np.linspace(0, 500, 201), method=name)
@@ -170,7 +171,7 @@ def test_what_the_table_promises_is_conserved(name, body):
 
 
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])
-def test_strang_turns_a_free_symmetric_body_exactly(body):
+def test_strang_is_exact_for_free_symmetric_bodies(body):
     top = scene(body, gravity=0.0)
     one, many = (kr.solve(top, 12.0, method="strang", step=h) for h in (12.0, 0.1))
     assert kr.attitude_error(one.q[-1], many.q[-1]) < 1e-13
@@ -207,5 +208,5 @@ def test_methods_refuse_other_bodies(name, body):
         ("strang", set(BODIES)),
     ],
 )
-def test_a_method_is_for_these_bodies(name, bodies):
+def test_methods_apply_to_the_expected_bodies(name, bodies):
     assert {body for method, body in cases() if method == name} == bodies

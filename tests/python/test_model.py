@@ -1,4 +1,4 @@
-"""Bodies and scenes as values; the named scenes."""
+"""Bodies and scenes: construction, comparison and changes; the named scenes."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ RNG = np.random.default_rng(3)
 # Bodies
 
 
-def test_a_cuboid_about_its_corner_has_the_moments_of_the_books():
+def test_a_cuboid_about_its_corner_has_the_textbook_moments():
     a, b, c = 0.5, 1.0, 2.0
     body = kr.Body.cuboid(half=(a, b, c), pivot=(-a, -b, -c), density=3)
     mass = 24 * a * b * c
@@ -57,7 +57,7 @@ def test_from_com_agrees_with_the_cuboid():
     np.testing.assert_allclose(moved.com, CORNER.com, rtol=1e-14)
 
 
-def test_a_symmetric_body_is_one_of_three_moments():
+def test_a_symmetric_body_equals_a_body_with_three_moments():
     body = kr.Body.symmetric(mass=2, i1=3, i3=1, height=0.5)
     assert body == kr.Body(mass=2, inertia=(3, 3, 1), com=(0, 0, 0.5))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0) and body.moments == (3, 3, 1)
@@ -72,7 +72,7 @@ def test_diagonal_inertia_is_its_own_frame():
     )
 
 
-def test_lagrange_top_in_a_rotated_frame_keeps_t_along_its_axis():
+def test_a_rotated_lagrange_top_has_its_axis_as_third_principal_axis():
     turn = matrix(TILT)
     body = kr.Body(mass=1, inertia=turn @ np.diag([2, 2, 1.5]) @ turn.T, com=turn @ (0, 0, 0.7))
     assert body.kind == "lagrange"
@@ -80,7 +80,7 @@ def test_lagrange_top_in_a_rotated_frame_keeps_t_along_its_axis():
     np.testing.assert_allclose(body.principal_com, (0, 0, 0.7), atol=1e-15)
 
 
-def test_equal_moments_leave_the_axes_as_they_were():
+def test_equal_moments_keep_the_given_axes():
     body = kr.Body(mass=1, inertia=(2, 2, 2), com=(0.1, 0.2, 0.3))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0)
     turned = kr.Body(
@@ -99,7 +99,7 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """Check that the motions agree up to errors, which change if the frame permutes the axes."""
+    """Check that the motions agree within errors. The errors depend on the order of the axes."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,
@@ -121,7 +121,7 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     assert kr.attitude_error(back, own.q).max() < atol
 
 
-def test_momentum_and_velocity_say_the_same_in_space_and_body():
+def test_momentum_and_velocity_agree_in_space_and_body_frames():
     q = np.array(matrix(TILT))
     tensor = np.array(CORNER.inertia)
     velocity = np.array([0.3, -0.2, 1.1])
@@ -140,7 +140,7 @@ def test_momentum_and_velocity_say_the_same_in_space_and_body():
         )
 
 
-def test_what_needs_no_rounding_is_exact():
+def test_simple_starts_are_not_rounded():
     scene = kr.Scene(kr.Body.symmetric(1, 3, 1, 1), velocity=(0.1, 0.7, 0.3))
     assert scene.momentum == (3 * 0.1, 3 * 0.7, 0.3)
     assert kr.Scene(CORNER, body_momentum=(0.1, 0.7, 0.3)).momentum == (0.1, 0.7, 0.3)
@@ -152,7 +152,7 @@ def test_the_attitude_can_be_given_scalar_last():
     assert scene == GENERAL and scene.attitude_xyzw == (x, y, z, w)
 
 
-def test_scenes_and_bodies_are_values():
+def test_scenes_and_bodies_can_be_compared_and_copied():
     again = kr.Scene(
         kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), GENERAL.momentum, GENERAL.attitude, 1
     )
@@ -165,7 +165,7 @@ def test_scenes_and_bodies_are_values():
         CORNER.mass = 2.0
 
 
-def test_replace_changes_one_word():
+def test_replace_changes_one_argument():
     assert dataclasses.replace(GENERAL, gravity=2).gravity == 2.0
     assert dataclasses.replace(CORNER, mass=2).mass == 2.0
     slow = GENERAL.replace(body_velocity=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1))
@@ -192,7 +192,7 @@ def test_named_scenes_are_the_problems_of_the_report():
         assert scene.attitude == hexes["q0"] and scene.momentum == tuple(problem["momentum"])
 
 
-def test_named_scenes_show_what_they_say():
+def test_named_scenes_move_as_described():
     t = np.linspace(0, 60, 1201)
     path = {name: kr.solve(getattr(kr.scenes, name), t) for name in kr.scenes.about}
     height = {name: path[name].apex[:, 2] for name in path}
@@ -221,8 +221,8 @@ def test_named_scenes_show_what_they_say():
     assert kr.scenes.name_of(path["cusps"].scene) == "cusps" and kr.scenes.name_of(GENERAL) == ""
 
 
-def test_a_least_moment_that_roundings_swallow_is_refused():
-    """Check that a body is refused if rounding errors exceed its least moment."""
+def test_a_least_moment_below_rounding_is_refused():
+    """Check that a body is rejected if rounding errors exceed its least moment."""
     half, mass = (0.6, 0.8, 1.0), 8 * 0.48
     for far in (1.0, 1e2, 3e3):
         pivot = far * np.array((0.3, -0.4, 0.5))

@@ -11,18 +11,18 @@ from tops import CORNER, unit
 PACKAGE = ROOT / "python/kreisel"
 
 
-def test_no_public_name_is_a_module_and_something_else():
+def test_public_modules_have_unique_names():
     modules = {file.stem for file in PACKAGE.glob("*.py") if not file.stem.startswith("_")}
     assert modules == {"events", "quaternion", "scenes"} and modules <= set(kr.__all__)
     assert all(getattr(kr, name).__name__ == f"kreisel.{name}" for name in modules)
 
 
-def test_rooms_are_marked_private():
+def test_subpackages_are_private():
     rooms = [folder.name for folder in PACKAGE.iterdir() if (folder / "__init__.py").is_file()]
     assert len(rooms) == 10 and all(name.startswith("_") for name in rooms)
 
 
-def test_a_method_says_what_it_is():
+def test_methods_describe_themselves():
     assert {"bobenko_suris", "bobenko_suris2", "strang", "rk4", "extrap"} <= set(kr.methods)
     rk4, strang = kr.methods["rk4"], kr.methods["strang"]
     assert (rk4.name, rk4.order) == ("rk4", 4) and rk4.algebraic
@@ -48,7 +48,7 @@ def test_the_attitude_error_is_the_angle_between():
         kr.attitude_error(turns[:, :3], turns)
 
 
-def test_conventions_are_those_of_the_core():
+def test_conventions_agree_with_the_core():
     quarter = kr.Scene(CORNER, momentum=(0, 0, 0), attitude=unit((1, 0, 0, 1)))
     assert quaternion.turn(quarter.attitude, (1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0), abs=1e-15)
     expected = quaternion.turn(quarter.attitude, quaternion.turn(CORNER.axes, (1.0, 0.0, 0.0)))
@@ -56,7 +56,7 @@ def test_conventions_are_those_of_the_core():
     assert "scalar first" in kr.conventions() and "(0.0, 1.0, 0.0)" in kr.conventions()
 
 
-def test_core_is_typed_as_its_stub_says():
+def test_the_core_matches_its_stub():
     stub = (ROOT / "python/kreisel/_core.pyi").read_text()
     public = {name for name in dir(core) if not name.startswith("_")}
     typed = {
@@ -72,7 +72,7 @@ def test_core_is_typed_as_its_stub_says():
     assert public == typed
 
 
-def test_import_needs_numpy_only():
+def test_import_needs_only_numpy():
     optional = {"scipy", "rich", "click", "matplotlib", "heyoka", "pandas", "xarray", "pyarrow"}
     done = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
     assert (done.returncode, done.stdout) == (0, "[]\n")

@@ -1,4 +1,4 @@
-"""The difference of two paths in a picture of both."""
+"""The chart of the difference between two paths, in a picture that compares both paths."""
 
 import kreisel as kr
 import numpy as np
@@ -14,7 +14,7 @@ FINE = kr.solve(GENERAL, T)
 ROUGH = kr.solve(GENERAL, 5.0, "rk4", step=0.05)
 
 
-def test_the_last_chart_has_the_angle_between_both_attitudes():
+def test_the_last_chart_shows_the_angle_between_both_attitudes():
     rough = kr.solve(GENERAL, T, "rk4", step=0.05)
     picture = kr.plot(FINE, rough, degrees=False, time_unit="s")
     chart = picture[6]
@@ -43,7 +43,7 @@ def test_paths_with_other_times_are_compared_at_common_times():
     assert compute_difference(late, FINE).angle.max() < 1e-12
 
 
-def test_differences_below_the_rounding_of_doubles_are_seen():
+def test_differences_below_the_rounding_of_doubles_are_shown():
     one, other = (kr.solve(GENERAL, T, digits=digits) for digits in (20, 30))
     found = compute_difference(one, other)
     assert 1e-22 < found.angle.max() < 1e-17
@@ -61,7 +61,7 @@ def test_without_attitudes_the_apexes_are_compared():
     assert compute_difference(stored, FINE).what == "attitudes"
 
 
-def test_equal_paths_and_paths_without_common_times_say_so():
+def test_equal_paths_and_paths_without_common_times_are_labelled():
     assert kr.plot(FINE, FINE)[6].get_title() == "the attitudes are equal"
     back = kr.solve(GENERAL, [-1.0, -2.0])
     assert kr.plot(FINE, back)[6].get_title() == "the paths have no times in common"

@@ -1,4 +1,4 @@
-"""States of a path at times that were not requested in the run, and parts of a path."""
+"""States of a path at times that the run did not request, and parts of a path."""
 
 import copy
 import pickle
@@ -32,7 +32,7 @@ def same(a, b):
 
 @pytest.mark.parametrize("back", [1.0, -1.0])
 @pytest.mark.parametrize("method", kr.methods)
-def test_times_between_have_the_bits_of_solve(method, back):
+def test_resampled_states_equal_those_of_solve_bitwise(method, back):
     scene, words = scene_for(method), words_for(method)
     path = kr.solve(scene, 2.0 * back, method, **words)
     assert same(path(TIMES * back), solve_unordered(scene, TIMES * back, method, **words))
@@ -42,7 +42,7 @@ def test_times_between_have_the_bits_of_solve(method, back):
 
 @pytest.mark.parametrize("want", [None, SOME, ("q", "q_low")])
 @pytest.mark.parametrize("words", [{}, {"tol": 1e-6}, {"digits": 20}, {"digits": 30}])
-def test_times_between_keep_digits_and_wants(words, want):
+def test_resampling_keeps_digits_and_wanted_quantities(words, want):
     path = kr.solve(TOP, 2.0, **words, want=want)
     assert same(path(TIMES), solve_unordered(TOP, TIMES, **words, want=want))
     assert path([]).want == want and len(path([])) == 0
@@ -50,19 +50,19 @@ def test_times_between_keep_digits_and_wants(words, want):
 
 
 @pytest.mark.parametrize("words", [{}, {"digits": 30}, {"want": SOME}])
-def test_times_between_of_a_damped_top(words):
+def test_damped_paths_can_be_resampled(words):
     damped = LAGRANGE.replace(damping=0.1)
     path = kr.solve(damped, -2.0, **words)
     assert same(path(-TIMES), solve_unordered(damped, -TIMES, **words))
 
 
-def test_times_between_of_more_than_a_piece_are_those_of_solve():
+def test_resampling_across_chunks_equals_solve():
     times = np.linspace(0.0, 2.0, 40_000)
     path = kr.solve(TOP, times, want=("nutation",))
     assert same(path(times), path)
 
 
-def test_times_between_of_the_geometric_choice_are_of_its_method_and_step():
+def test_resampling_geometric_paths_uses_their_method_and_step():
     path = kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6)
     again = path([5.0, 2.5])
     assert np.array_equal(again[0].states, path[1].states)
@@ -70,7 +70,7 @@ def test_times_between_of_the_geometric_choice_are_of_its_method_and_step():
     assert again.step == path.step
 
 
-def test_times_between_of_a_closed_form_lie_on_both_sides():
+def test_closed_form_paths_can_be_resampled_in_both_directions():
     motion = kr.exact(LAGRANGE)
     path = motion([3.0, -1.0])
     times = [2.0, -0.5, -1.0, 3.0]
@@ -89,7 +89,7 @@ def test_a_map_has_no_states_between_its_steps():
     assert len(stepped(0.02)) == 1 and path[0].t == 0.03
 
 
-def test_times_between_of_a_failed_run_reach_to_its_last_good_state():
+def test_failed_paths_can_be_resampled_up_to_their_last_valid_state():
     with pytest.raises(kr.Error) as raised:
         kr.solve(TOP, [0.25, 9.0], max_steps=4)
     path = raised.value.path
@@ -101,7 +101,7 @@ def test_times_between_of_a_failed_run_reach_to_its_last_good_state():
 
 
 @pytest.mark.parametrize("words", [{}, {"want": SOME}, {"digits": 20}])
-def test_times_between_of_a_piece_are_those_of_its_run(words):
+def test_paths_of_a_stream_can_be_resampled(words):
     times = np.linspace(0.0, 4.0, 9)
     for path in kr.stream(TOP, times, chunk=3, **words):
         asked = [float(path.t[-1]), 0.1, 0.0]
@@ -112,7 +112,7 @@ def test_times_between_of_a_piece_are_those_of_its_run(words):
     assert same(run.to(-2.0)([-0.5, -1.5]), kr.solve(TOP, [-0.5, -1.5], "strang", step=0.1))
 
 
-def test_times_between_of_events():
+def test_paths_with_events_can_be_resampled():
     path = kr.solve(TOP, 30.0, events=[LOWEST])
     met = path.events.path
     assert np.array_equal(met(met.t[::-1]).states, met.states[::-1])
@@ -134,12 +134,12 @@ def test_times_between_of_events():
         (None, TypeError, "t must be"),
     ],
 )
-def test_times_that_are_not_between_are_refused(t, kind, message):
+def test_times_outside_the_path_are_refused(t, kind, message):
     with pytest.raises(kind, match=message):
         kr.solve(TOP, 2.0)(t)
 
 
-def test_an_empty_path_has_its_start_between():
+def test_an_empty_path_can_be_evaluated_at_its_start():
     path = kr.solve(TOP, [])
     assert len(path([])) == 0 and tuple(path(0.0).q[0]) == TOP.attitude
     with pytest.raises(ValueError, match="outside"):
@@ -162,7 +162,7 @@ PATHS = {
     [0, -1, np.int64(3), slice(None), slice(5, 1, -2), slice(9, None), [4, 0, 0], [], (1, 2),
      np.array([6, -7]), np.arange(7) > 3, [True] * 6 + [False]],
 )  # fmt: skip
-def test_some_states_are_those_of_the_path(kind, which):
+def test_indexed_states_equal_those_of_the_path(kind, which):
     path = PATHS[kind]()
     some = path[which]
     at = np.arange(7)[list(which) if isinstance(which, tuple) else which].reshape(-1)
@@ -189,30 +189,30 @@ def test_some_states_are_those_of_the_path(kind, which):
         ([0.5] * 9999, TypeError, r"not \[0.5, 0.5, .*\.\.\.\]"),
     ],
 )
-def test_what_is_no_state_is_refused(which, kind, message):
+def test_invalid_indices_are_refused(which, kind, message):
     with pytest.raises(kind, match=message):
         PATHS["states"]()[which]
 
 
-def test_the_states_are_gone_through_one_by_one():
+def test_iteration_yields_single_states():
     path = PATHS["states"]()
     assert [len(state) for state in path] == [1] * 7
     assert all(same(state, path[i]) for i, state in enumerate(path))
     assert list(kr.solve(TOP, [])) == []
 
 
-def test_a_path_is_no_array():
+def test_a_path_cannot_be_converted_to_an_array():
     with pytest.raises(TypeError, match=r"use one of its arrays, as path\.q"):
         np.asarray(PATHS["states"]())
 
 
-def test_an_error_is_that_of_the_states_in_any_order():
+def test_the_error_of_selected_states_does_not_depend_on_their_order():
     path = kr.solve(TOP, np.linspace(0.0, 20.0, 9), tol=1e-6)
     assert path[::-1].error == path.error
     assert path[[8, 5, 0]].error == path[[0, 5, 8]].error <= path.error
 
 
-def test_a_slice_of_a_path_with_events_has_the_bits_of_its_run():
+def test_slices_of_paths_with_events_can_be_resampled_bitwise():
     path = kr.solve(TOP, 20.0, events=[LOWEST], want=["energy"])
     loaded = pickle.loads(pickle.dumps(path))
     for part in (path[1:], loaded[1:]):

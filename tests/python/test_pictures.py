@@ -29,7 +29,7 @@ PNG, GIF = b"\x89PNG\r\n", b"GIF89a"
 
 @pytest.mark.parametrize("degrees", [False, True])
 @pytest.mark.parametrize("back", [False, True])
-def test_the_lines_have_the_data_of_the_path(degrees, back):
+def test_lines_show_the_data_of_the_path(degrees, back):
     path = kr.solve(kr.scenes.cusps, np.linspace(0, -6 if back else 6, 301))
     unit = np.degrees(1) if degrees else 1
     sphere, nutation, precession = kr.plot(path, **({} if degrees else {"degrees": False}))
@@ -65,18 +65,18 @@ def test_the_precession_is_interrupted_where_it_jumps(back):
     assert turns == pytest.approx(np.rint(turns), abs=1e-12)
 
 
-def test_a_top_that_starts_upright_has_no_spur():
+def test_an_upright_start_draws_no_precession_jump():
     path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 20, 2001))
     line = kr.plot(path, degrees=False)[2].lines[0]
     assert np.nanmax(np.abs(np.diff(line.get_ydata()))) < 0.5
 
 
-def test_coarse_paths_are_whole_lines():
+def test_coarse_paths_are_drawn_without_gaps():
     path = kr.solve(kr.scenes.steady_precession, np.linspace(0, 40, 9))
     assert np.isfinite(kr.plot(path)[2].lines[0].get_ydata()).all()
 
 
-def test_the_trace_is_the_apex_seen_from_a_little_above():
+def test_the_trace_is_the_projection_of_the_apex():
     sphere, _, _ = kr.plot(CUSPS)
     trace = next(line for line in sphere.lines if len(line.get_xdata()) == len(CUSPS))
     x, y, z = CUSPS.apex.T
@@ -95,14 +95,14 @@ def test_the_trace_is_the_apex_seen_from_a_little_above():
         (FREE, "euler (taylor)", 1),
     ],
 )
-def test_limits_are_drawn_where_there_are_some(scene, title, lines):
+def test_limits_of_nutation_are_drawn_if_they_exist(scene, title, lines):
     sphere, nutation, _ = kr.solve(scene, np.linspace(0, 3, 50), method="taylor").plot()
     assert sphere.get_title() == title and len(nutation.lines) == lines
     low, high = nutation.get_ylim()
     assert high - low > 1e-3, "of a steady motion no roundings are drawn"
 
 
-def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
+def test_circles_on_the_globe_are_the_turning_points():
     sphere, _, _ = kr.plot(CUSPS)
     circles = [line for line in sphere.lines if line.get_linestyle() == "--"]
     top, e = kr.exact(CUSPS.scene), np.radians(20)
@@ -114,8 +114,8 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
         assert np.hypot(x[seen], away) == pytest.approx(np.sin(angle), abs=1e-12)
 
 
-def test_a_picture_leaves_no_room_empty():
-    """Check that the globe and the two charts, which share a time axis, fill the picture."""
+def test_a_picture_leaves_no_empty_space():
+    """Check that the globe and the two charts with a common time axis fill the picture."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -139,7 +139,7 @@ def test_events_are_marked():
     assert len(kr.plot(none)[1].lines) == 1
 
 
-def test_paths_stand_beside_each_other():
+def test_several_paths_are_drawn_side_by_side():
     paths = [CUSPS, kr.solve(GENERAL, np.linspace(0, 3, 50)), kr.solve(FREE, [1.0])]
     picture = kr.plot(paths)
     assert len(picture) == 9 and len(picture.figure.axes) == 9
@@ -151,7 +151,7 @@ def test_paths_stand_beside_each_other():
     assert picture._repr_png_().startswith(PNG)
 
 
-def test_axes_that_are_there_are_drawn_in():
+def test_existing_axes_are_reused():
     axes = Figure().subplots(3)
     picture = kr.plot(CUSPS, axes)
     assert list(picture) == list(axes) and picture.figure is axes[0].figure
@@ -161,7 +161,7 @@ def test_axes_that_are_there_are_drawn_in():
         CUSPS.plot(axes[0])
 
 
-def test_what_cannot_be_drawn_is_refused():
+def test_invalid_drawings_are_refused():
     with pytest.raises(ValueError, match="a path without states cannot be drawn"):
         kr.plot(kr.solve(GENERAL, []))
     for paths in [], [CUSPS] * 9:
@@ -175,13 +175,13 @@ def test_what_cannot_be_drawn_is_refused():
         kr.plot(kr.solve(GENERAL, [1.0], want=("energy",)))
 
 
-def test_what_is_wanted_is_enough():
+def test_the_wanted_quantities_suffice_for_a_plot():
     path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
     drawn = kr.plot(path, degrees=False)[1].lines[0].get_ydata()
     assert np.array_equal(drawn, path.nutation)
 
 
-def test_pyplot_is_left_alone():
+def test_pyplot_is_not_imported():
     program = (
         "import sys, kreisel as kr; path = kr.solve(kr.scenes.cusps, 1); kr.plot(path);"
         "kr.rod(path).plot(); path.animate(fps=1, size=50)._repr_html_();"
@@ -191,7 +191,7 @@ def test_pyplot_is_left_alone():
 
 
 def steel_lines(figure):
-    """Return the points of the needle and of the lever in a frame of a film."""
+    """Return the points of the needle and of the lever in one frame of a film."""
     return [line.get_xydata() for line in figure.axes[0].lines if line.get_color() == STEEL]
 
 
@@ -202,7 +202,7 @@ def frames_of(file):
             yield film.convert("RGB").copy()
 
 
-def test_a_gif_has_the_frames(tmp_path):
+def test_a_gif_contains_every_frame(tmp_path):
     file = tmp_path / "top.gif"
     film = CUSPS.animate(file, speed=2, fps=5, size=100)
     assert file.read_bytes().startswith(GIF)
@@ -223,13 +223,13 @@ def test_a_film_may_be_as_small_as_an_icon(tmp_path):
     assert {frame.size for frame in frames_of(tmp_path / "icon.gif")} == {(16, 16)}
 
 
-def test_left_out_the_speed_shows_all_in_8_seconds():
+def test_the_default_speed_shows_the_path_in_8_seconds():
     film = CUSPS.animate(fps=10)
     assert len(film) == 81 and film.t[-1] == 6
 
 
 @pytest.mark.parametrize("scene", [GENERAL, kr.scenes.thesis])
-def test_uneven_times_are_shown_evenly(scene, tmp_path):
+def test_uneven_times_are_resampled_evenly(scene, tmp_path):
     uneven = kr.solve(scene, [0.0, 0.01, 0.02, 1.5, 4.0], method="taylor")
     even = kr.solve(scene, np.linspace(0, 4, 41), method="taylor")
     films = []
@@ -239,14 +239,14 @@ def test_uneven_times_are_shown_evenly(scene, tmp_path):
     assert films[0] == films[1]
 
 
-def test_a_film_runs_the_way_of_its_path(tmp_path):
+def test_a_film_runs_in_the_direction_of_its_path(tmp_path):
     back = kr.solve(GENERAL, np.linspace(0, -2, 21)).animate(fps=1, size=50)
     assert back.t == pytest.approx(np.linspace(0, -2, 9), abs=1e-15)
     between = kr.exact(kr.scenes.cusps)([1.0, 5.0]).animate(fps=1, size=50)
     assert between.t == pytest.approx(np.linspace(1, 5, 9), abs=1e-15)
 
 
-def test_the_needle_of_a_film_begins_where_the_body_ends():
+def test_the_needle_of_a_film_begins_at_the_surface_of_the_body():
     figure = next(CUSPS.animate(fps=1, size=50)._draw_frames())
     assert figure.axes[0].get_aspect() == kr.plot(CUSPS)[0].get_aspect() == 1.0
     needle, _ = steel_lines(figure)
@@ -263,13 +263,13 @@ def test_paths_of_all_kinds_of_methods_become_films(method):
     )
 
 
-def test_html(tmp_path):
+def test_html_films_contain_their_frames(tmp_path):
     CUSPS.animate(tmp_path / "top.html", fps=1, size=50)
     text = (tmp_path / "top.html").read_text()
     assert "<html" in text.lower() and text.count("data:image/png") == 9
 
 
-def test_mp4(tmp_path):
+def test_mp4_films_need_ffmpeg(tmp_path):
     file = tmp_path / "top.mp4"
     if not FFMpegWriter.isAvailable():
         with pytest.raises(OSError, match="needs ffmpeg, which was not found"):
@@ -281,7 +281,7 @@ def test_mp4(tmp_path):
 
 @pytest.mark.parametrize("name", ["top.gif", "top.html"])
 @pytest.mark.parametrize("old", [None, b"an older film"])
-def test_ctrl_c_leaves_what_was_there(name, old, tmp_path, monkeypatch):
+def test_ctrl_c_leaves_the_old_file(name, old, tmp_path, monkeypatch):
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
@@ -318,13 +318,13 @@ def test_ctrl_c_leaves_what_was_there(name, old, tmp_path, monkeypatch):
         ({"size": 20000}, ValueError, "are too many"),
     ],
 )
-def test_bad_words_are_refused_before_anything_is_drawn(words, error, text, monkeypatch):
+def test_invalid_arguments_are_refused_before_anything_is_drawn(words, error, text, monkeypatch):
     monkeypatch.setattr(Figure, "savefig", None)
     with pytest.raises(error, match=text):
         CUSPS.animate(**words)
 
 
-def test_the_speed_that_is_advised_will_do():
+def test_the_suggested_speed_is_accepted():
     with pytest.raises(ValueError) as refused:
         CUSPS.animate(speed=1e-4)
     speed = float(str(refused.value).split("speed = ")[1].split(",")[0])
@@ -332,12 +332,12 @@ def test_the_speed_that_is_advised_will_do():
 
 
 @pytest.mark.parametrize("t", [[], [1.0], [2.0, 2.0]])
-def test_a_path_of_no_time_is_no_film(t):
+def test_a_film_needs_a_positive_duration(t):
     with pytest.raises(ValueError, match="a film needs a path of positive duration"):
         kr.solve(GENERAL, t).animate()
 
 
-def test_a_cuboid_is_drawn_as_it_is():
+def test_a_cuboid_is_drawn_with_its_dimensions():
     faces, colours = solid_of(CORNER)
     corners = np.unique(faces.reshape(-1, 3).round(9), axis=0)
     assert len(corners) == 8 and faces.shape == (6, 4, 3) and colours.shape == (6, 3)
@@ -360,7 +360,7 @@ def test_solids_are_closed_and_seen_from_outside(name):
     assert np.einsum("ni,ni->", area, faces.mean(axis=1)) > 0.0
 
 
-def test_a_symmetric_body_is_turned_about_its_apex():
+def test_a_symmetric_body_is_drawn_as_a_solid_of_revolution():
     for height in 0.9, -0.9:
         body = kr.Body.symmetric(1.0, 1.1, 0.5, height)
         faces, _ = solid_of(body)
@@ -377,7 +377,7 @@ def test_examples_run(what):
 
 
 @pytest.mark.parametrize("section", [(1.0, 0.25), (0.25, 1.0)])
-def test_a_tube_is_a_thirtieth_of_its_length_thick_and_as_wide_as_its_section(section):
+def test_the_tube_of_a_rod_has_the_thickness_of_its_section(section):
     (axes,) = Figure().subplots(1, squeeze=False)[0]
     along = np.linspace(0.0, 3.0, 5)
     centre = np.stack([along, np.zeros(5), np.zeros(5)], axis=-1)
@@ -388,7 +388,7 @@ def test_a_tube_is_a_thirtieth_of_its_length_thick_and_as_wide_as_its_section(se
     assert len(drawn) and np.ptp(heights) == pytest.approx(0.1 * section[1])
 
 
-def test_paths_may_be_given_one_after_the_other():
+def test_paths_may_be_separate_arguments():
     picture = kr.plot(CUSPS, CUSPS, CUSPS, degrees=True)
     assert len(picture) == 9 and picture[1].get_ylabel() == "nutation [°]"
     assert len(kr.plot(CUSPS, CUSPS, axes=kr.plot([CUSPS, CUSPS]))) == 7
@@ -400,7 +400,7 @@ def test_paths_may_be_given_one_after_the_other():
             kr.plot(CUSPS, *more, **words)
 
 
-def test_a_picture_says_what_makes_a_file():
+def test_a_picture_suggests_savefig():
     picture = kr.plot(CUSPS)
     for name in ("savefig", "save"):
         with pytest.raises(AttributeError, match=r"picture\.figure\.savefig\(file\) writes a file"):
@@ -424,7 +424,7 @@ def corners_of_film(film):
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """Check that a film shows the lever between the fixed point and the wheel."""
+    """Check that a film draws the lever between the fixed point and the wheel."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
@@ -452,7 +452,7 @@ def test_a_rim_is_round():
 
 
 @pytest.mark.parametrize("scene", [kr.scenes.thesis, kr.scenes.sleeping])
-def test_a_film_of_an_upright_start_has_a_side_to_be_seen_from(scene):
+def test_films_of_upright_starts_choose_a_viewing_direction(scene):
     film = kr.solve(scene, 5.0).animate(fps=1, size=50)
     lean = np.hypot(*film._apex[:, :2].T)
     at = int(np.argmax(lean > 0.2))
@@ -463,7 +463,7 @@ def test_a_film_of_an_upright_start_has_a_side_to_be_seen_from(scene):
 # Boundary values
 
 
-def test_plots_take_so_many_paths_and_round_ticks():
+def test_plots_have_a_largest_number_of_paths_and_round_ticks():
     pytest.importorskip("matplotlib")
     from kreisel._analysis.plot import MOST
     from matplotlib.ticker import MaxNLocator
@@ -480,7 +480,7 @@ def test_plots_take_so_many_paths_and_round_ticks():
         kr.plot([path] * (MOST + 1))
 
 
-def test_a_body_of_any_size_is_drawn_as_what_it_is():
+def test_bodies_are_drawn_alike_at_any_scale():
     moments = np.array([2.0, 2.0, 1.0])
     for size in (1e-10, 1.0, 1e10):
         leans, stands = (

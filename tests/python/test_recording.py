@@ -30,13 +30,13 @@ COMPUTED = {name: quantity.shape for name, quantity in QUANTITIES.items() if nam
         (np.float32(0.5), None, [0, 0.5]),
     ],
 )
-def test_states_are_those_of_the_times_asked_for(t, every, expected):
+def test_states_are_recorded_at_the_requested_times(t, every, expected):
     words = {} if every is None else {"every": every}
     path = kr.solve(GENERAL, t, "strang", step=0.1, **words)
     assert path.t.tolist() == expected and len(path) == len(expected)
 
 
-def test_no_times_give_an_empty_path():
+def test_an_empty_list_of_times_gives_an_empty_path():
     path = kr.solve(GENERAL, [])
     assert (
         len(path) == 0
@@ -51,13 +51,13 @@ def test_no_times_give_an_empty_path():
         _ = path.end
 
 
-def test_the_start_is_as_given():
+def test_the_initial_state_is_recorded_as_given():
     path = kr.solve(GENERAL, 1)
     assert tuple(path.q[0]) == GENERAL.attitude and tuple(path.m[0]) == GENERAL.momentum
 
 
 @pytest.mark.parametrize("name", ["auto", *FIXED])
-def test_states_do_not_depend_on_what_else_was_asked_for(name):
+def test_states_do_not_depend_on_other_requests(name):
     scene = kr.scenes.thesis if name == "auto" else scene_for(name)
     how = {} if name == "auto" else {"step": 0.07}
     alone = kr.solve(scene, 2.0, name, **how)
@@ -72,14 +72,14 @@ def test_auto_is_taylor():
     assert kr.solve(GENERAL, 3, tol=1e-6).tol == 1e-6
 
 
-def test_the_way_back_in_time_leads_to_the_start():
+def test_integration_backward_returns_to_the_start():
     there = kr.solve(GENERAL, 4, tol=1e-12)
     back = kr.solve(there.end, [-1, -4], tol=1e-12)
     assert kr.attitude_error(back.q[-1], GENERAL.attitude) < 1e-8
     assert kr.solve(GENERAL, -4, "rk4", step=0.01).step == -0.01
 
 
-def test_states_are_viewed_and_quantities_kept_and_neither_can_be_written():
+def test_states_are_views_and_quantities_are_cached_and_read_only():
     path = kr.solve(GENERAL, np.linspace(0, 1, 5))
     for view, shape in ((path.t, (5,)), (path.q, (5, 4)), (path.m, (5, 3))):
         assert np.shares_memory(view, path.states) and view.shape == shape
@@ -93,7 +93,7 @@ def test_states_are_viewed_and_quantities_kept_and_neither_can_be_written():
         path.q[0] = 0
 
 
-def test_quantities_are_what_their_definitions_say():
+def test_quantities_agree_with_their_definitions():
     path = kr.solve(GENERAL, [0, 0.7, 1.9])
     tensor, mass, com = np.array(CORNER.inertia), CORNER.mass, np.array(CORNER.com)
     for i, q in enumerate(matrix(tuple(q)) for q in path.q):
@@ -114,7 +114,7 @@ def test_quantities_are_what_their_definitions_say():
 
 
 @pytest.mark.parametrize("name", COMPUTED)
-def test_nothing_is_computed_unasked(name, monkeypatch):
+def test_quantities_are_computed_on_first_access(name, monkeypatch):
     called, original = [], state_quantities.values
     monkeypatch.setattr(
         state_quantities,
@@ -137,7 +137,7 @@ def test_unknown_names_get_a_hint():
     assert not hasattr(path, "plane")
 
 
-def test_path_is_pickled_with_its_scene():
+def test_a_path_is_pickled_with_its_scene():
     path = kr.solve(GENERAL, 1)
     _ = path.energy
     again = pickle.loads(pickle.dumps(path))
@@ -148,7 +148,7 @@ def test_path_is_pickled_with_its_scene():
     )
 
 
-def test_scene_at_goes_on():
+def test_scene_at_continues_the_motion():
     path = kr.solve(GENERAL, 2, "strang", step=0.125, every=8)
     on = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
     assert kr.attitude_error(on.q[-1], path.q[-1]) < 1e-13
@@ -157,7 +157,7 @@ def test_scene_at_goes_on():
         path.scene_at(3)
 
 
-def test_rotations_are_those_of_scipy():
+def test_rotations_equal_those_of_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     path = kr.solve(GENERAL, [0, 1, 2])
     np.testing.assert_allclose(
@@ -169,7 +169,7 @@ def test_rotations_are_those_of_scipy():
         kr.from_rotation(path.rotation)
 
 
-def test_threads_run_side_by_side_with_the_bits_of_one():
+def test_parallel_threads_give_the_same_bits():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(8)]
     alone = [kr.solve(scene, 200, "rk4", step=1e-3, every=1000).states for scene in scenes]
     among = {}
@@ -231,8 +231,8 @@ def test_the_error_of_a_path_is_within_a_factor_of_3(case, method, step):
     assert true / 3 <= path.error <= 3 * true + 1e-16
 
 
-def test_a_closed_form_that_is_better_than_a_series_knows_it():
-    """Check the error of a free body that flips over three times, which magnifies series errors."""
+def test_closed_forms_do_not_overestimate_their_error():
+    """Check the error of a free body that flips over three times, which amplifies series errors."""
     body = kr.Body(1.0, (4.483167597121757, 3.657682742032973, 1.0048569934661162), (0, 0, 0))
     momentum = -1.8363240592035863e-08, 8.840258465238069, -1.3362217851799154e-08
     times = np.linspace(0, 28, 41)
@@ -245,7 +245,7 @@ def test_a_closed_form_that_is_better_than_a_series_knows_it():
     assert true / 3 <= path.error <= 3 * true + 1e-16
 
 
-def test_the_error_of_30_digits_is_not_less_than_their_roundings():
+def test_the_error_of_30_digits_is_at_least_their_rounding():
     for scene in (kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.kowalewski):
         assert kr.solve(scene, 20.0, digits=30).error > 1e-32
     lingering = kr.Scene(
@@ -267,7 +267,7 @@ def test_a_copy_of_a_path_is_read_only(want, another):
             getattr(twin, name)[0] = 7.0
 
 
-def test_the_error_of_the_energy_is_the_largest():
+def test_the_energy_error_is_the_largest_along_the_path():
     path = kr.solve(kr.scenes.asymmetric, 20.0, "strang", step=0.1, every=1)
     scene = path.scene
     lever = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
@@ -277,7 +277,7 @@ def test_the_error_of_the_energy_is_the_largest():
     assert path.energy_error == pytest.approx(largest, rel=1e-12)
 
 
-def test_the_page_has_neither_gsl_nor_auto_nor_steps_without_end():
+def test_the_viewer_refuses_gsl_auto_and_tiny_steps():
     for methods in ("auto", "gsl_rk8pd", ["strang", "auto"]):
         with pytest.raises(ValueError):
             kr.view(kr.scenes.asymmetric, methods=methods, open=False)
@@ -315,7 +315,7 @@ def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, another):
 # Boundary values
 
 
-def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
+def test_unknown_memory_size_counts_as_enough(monkeypatch):
     def untold(_):
         raise ValueError("unrecognized configuration name")
 

@@ -1,4 +1,4 @@
-"""Invalid arguments: an exception that names the value is raised before anything runs."""
+"""Invalid arguments, which raise an exception that names the value before anything runs."""
 
 import dataclasses
 import re
@@ -70,7 +70,7 @@ def nothing_runs(monkeypatch):
         ({"com": {1, 2, 3}}, TypeError, "com must be 3 numbers"),
     ],
 )
-def test_a_body_that_is_none_is_refused(change, exception, message):
+def test_invalid_bodies_are_refused(change, exception, message):
     check_refusal(kr.Body, BODY | change, exception, message)
 
 
@@ -86,11 +86,11 @@ def test_a_body_that_is_none_is_refused(change, exception, message):
         ({"pivot": (0, 1e200, 0)}, ValueError, "inertia must be finite"),
     ],
 )
-def test_a_cuboid_that_is_none_is_refused(change, exception, message):
+def test_invalid_cuboids_are_refused(change, exception, message):
     check_refusal(kr.Body.cuboid, CUBOID | change, exception, message)
 
 
-def test_plates_and_rods_are_bodies():
+def test_plates_and_rods_are_valid_bodies():
     assert kr.Body(mass=1, inertia=(1, 2, 3), com=(0, 0, 0)).moments == (1, 2, 3)
     assert kr.Body(mass=1, inertia=(1, 1, 1e-30), com=(0, 0, 1)).kind == "lagrange"
     with pytest.raises(ValueError, match=re.escape("3.00000000001 > 1.0 + 2.0")):
@@ -142,7 +142,7 @@ def test_plates_and_rods_are_bodies():
         ({"gravty": 1}, TypeError, "gravty"),
     ],
 )
-def test_a_scene_that_is_none_is_refused(change, exception, message):
+def test_invalid_scenes_are_refused(change, exception, message):
     if message is None:
         change = change | {"body": kr.Body(mass=1, inertia=(20, 20, 10), com=(0, 0, 1))}
         message = "not finite"
@@ -226,12 +226,12 @@ def test_an_attitude_may_be_off_by_rounding():
         ({"eps": 1e-3}, TypeError, "eps"),
     ],
 )
-def test_wrong_words_of_solve_are_refused(words, exception, message):
+def test_invalid_arguments_of_solve_are_refused(words, exception, message):
     check_refusal(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
 @pytest.mark.parametrize("reader", [kr.rod, kr.apex])
-def test_what_reads_a_path_takes_no_scene(reader):
+def test_functions_of_a_path_refuse_scenes(reader):
     with pytest.raises(TypeError, match=r"path must be a kreisel.Path, not Scene\("):
         reader(TOP)
 
@@ -246,7 +246,7 @@ def test_a_method_that_does_not_apply_is_refused():
 
 
 @pytest.mark.parametrize("name", sorted({"gsl_rk8pd", "gsl_bsimp"} - set(kr.methods)))
-def test_methods_of_gsl_say_how_to_get_them(name):
+def test_methods_of_gsl_explain_how_to_build_them(name):
     with pytest.raises(ValueError, match=r"GNU Scientific Library .*KREISEL_GSL=ON"):
         kr.solve(TOP, 1, name)
 
@@ -276,7 +276,7 @@ def test_methods_of_gsl_say_how_to_get_them(name):
         ({"methods": ["extrap"], "truth": "rk44"}, ValueError, "unknown method 'rk44'"),
     ],
 )
-def test_wrong_words_of_compare_are_refused(words, exception, message):
+def test_invalid_arguments_of_compare_are_refused(words, exception, message):
     check_refusal(kr.compare, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
@@ -300,14 +300,14 @@ def test_wrong_words_of_compare_are_refused(words, exception, message):
         lambda: kr.starts(LAGRANGE, energy=1, vertical=1, grid=list(range(10**5))),
     ],
 )
-def test_long_arguments_are_shown_in_short(make):
+def test_long_arguments_are_abbreviated(make):
     with pytest.raises((TypeError, ValueError)) as caught:
         make()
     assert len(str(caught.value)) < 400 and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("field", ["gravity", "momentum", "gravty"])
-def test_a_scene_says_how_it_is_changed(field):
+def test_assignment_to_a_scene_suggests_replace(field):
     with pytest.raises(dataclasses.FrozenInstanceError, match=rf"scene\.replace\({field}=\.\.\.\)"):
         setattr(TOP, field, 9.81)
     with pytest.raises(AttributeError, match=r"dataclasses\.replace\(body, mass=\.\.\.\)"):
@@ -315,11 +315,11 @@ def test_a_scene_says_how_it_is_changed(field):
 
 
 @pytest.mark.parametrize("call", [kr.start, lambda s, m: kr.stream(s, [1.0], m)])
-def test_what_tries_whole_runs_is_refused_by_what_has_none(call):
+def test_streams_and_runs_refuse_geometric(call):
     with pytest.raises(ValueError, match=r"method='geometric' needs trial runs: .* kreisel\.solve"):
         call(TOP, "geometric")
 
 
-def test_a_scene_that_there_is_not_gets_a_hint():
+def test_an_unknown_scene_gets_a_hint():
     with pytest.raises(KeyError, match="unknown scene 'tesis'; did you mean 'thesis'"):
         kr.scenes.get_scene("tesis")

@@ -22,7 +22,7 @@ def public(value):
         {"want": ("frame",), "method": "geometric", "error": 1e-6},
     ],
 )  # fmt: skip
-def test_dir_lists_what_a_path_has(words):
+def test_dir_lists_the_quantities_of_a_path(words):
     path = kr.solve(TOP, [1.0, 2.0], **words)
     use = {
         "euler": lambda: path.euler(),
@@ -45,14 +45,14 @@ def test_dir_lists_what_a_path_has(words):
         assert public(path) >= {"states", "end", "rotation", "euler", "plot", *RECORDABLE}
 
 
-def test_a_trace_shows_itself_in_one_line():
+def test_the_repr_of_a_trace_is_one_line():
     shown = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
     assert shown.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
     assert shown.endswith("kind 'lagrange'>")
     assert "no points" in repr(kr.apex(kr.solve(kr.scenes.thesis, [])))
 
 
-def test_methods_show_themselves_as_a_table():
+def test_the_repr_of_methods_is_a_table():
     lines = repr(kr.methods).splitlines()
     assert [line.split()[0] for line in lines] == list(kr.methods)
     assert "strang             2  kick, free drift, kick" in repr(kr.methods)
@@ -64,26 +64,26 @@ def test_dir_of_the_scenes_lists_scenes():
     assert all(isinstance(getattr(kr.scenes, name), kr.Scene) for name in kr.scenes.about)
 
 
-def test_a_run_shows_what_a_user_may_call():
+def test_dir_lists_the_public_names_of_a_run():
     may = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
     may |= {"change", "push", "reset"}
     assert {name for name in dir(kr.Run) if not name.startswith("_")} == may
 
 
-def test_dir_of_the_events_lists_what_makes_them():
+def test_dir_of_events_lists_its_constructors():
     assert dir(kr.events) == sorted(kr.events.__all__)
 
 
-def test_an_ensemble_shows_itself_in_one_line():
+def test_the_repr_of_an_ensemble_is_one_line():
     assert repr(kr.exact([kr.scenes.thesis] * 3)) == "<kreisel.ExactEnsemble: 3 scenes>"
 
 
-def test_help_tells_every_number_of_a_closed_form():
+def test_help_describes_the_numbers_of_a_closed_form():
     told = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
     assert all(f"{name} " in told for name in ("period", "precession", "spin"))
 
 
-def test_an_indicator_shows_itself_in_one_line():
+def test_the_repr_of_an_indicator_is_one_line():
     one = kr.megno(kr.scenes.asymmetric, 5.0)
     assert repr(one).endswith(f": {one.value:.6g} at t = 5; regular, in doubt: under 100 turns>")
     three = kr.megno(kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1), [2.0, 5.0])

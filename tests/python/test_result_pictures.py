@@ -78,7 +78,7 @@ def test_sections_of_any_shape_are_drawn(tops):
         ({"axes": 1}, TypeError, "axes must be axes of matplotlib"),
     ],
 )
-def test_sections_refuse_what_cannot_be_drawn(words, error, text):
+def test_invalid_drawings_of_sections_are_refused(words, error, text):
     with pytest.raises(error, match=text):
         SECTION.plot(**words)
 
@@ -105,7 +105,7 @@ def test_a_chaotic_spectrum_has_lines_without_numbers():
 
 
 @pytest.mark.parametrize("indicate", [kr.lyapunov, kr.megno, kr.oli])
-def test_curves_have_the_data_of_the_indicator(indicate):
+def test_curves_show_the_data_of_the_indicator(indicate):
     told = indicate(TOPS, -200.0)
     axes = told.plot(time_unit="s")
     drawn = [line for line in axes.lines if len(line.get_xdata()) == 32]
@@ -120,7 +120,7 @@ def test_curves_have_the_data_of_the_indicator(indicate):
     assert axes.get_xscale() == axes.get_yscale() == "log"
 
 
-def test_maps_have_the_value_of_each_top():
+def test_maps_show_the_value_of_each_top():
     tops = TOP.vary(gravity=np.array([[0.5], [1.0], [1.5]]), spin=[0.0, 1.0])
     told = kr.lyapunov(tops, 100.0)
     axes = told.plot(Figure().add_subplot(), time_unit="s")
@@ -141,7 +141,7 @@ def test_indicators_of_three_dimensions_are_not_drawn():
     assert told._repr_html_() is None and kr.oli(TOPS[:0], 1.0)._repr_html_() is None
 
 
-def test_rods_show_their_start_and_a_scale():
+def test_drawings_of_rods_show_the_start_and_a_scale():
     rod = kr.rod(kr.solve(kr.scenes.cusps, np.linspace(0, 20, 401)))
     axes = rod.plot(length_unit="m", elevation=0.0)
     assert [text.get_text() for text in axes.texts] == ["start", "2 m"]
@@ -190,7 +190,7 @@ def test_notebooks_show_fits_as_tables():
     assert shown.count("<p>Not identified: ") == len(found.unidentified) == 2
 
 
-def test_long_paths_are_no_pictures(monkeypatch):
+def test_notebooks_show_no_pictures_of_long_paths(monkeypatch):
     from kreisel._results import path as paths
 
     monkeypatch.setattr(paths, "MOST_DISPLAYED", 2)
@@ -203,7 +203,7 @@ def test_notebooks_show_sections_and_indicators():
     assert kr.section(TOPS[:0], n=3)._repr_html_() is None
 
 
-def test_without_matplotlib_notebooks_show_texts(monkeypatch):
+def test_without_matplotlib_notebooks_show_text(monkeypatch):
     path = kr.solve(GENERAL, [0.0, 1.0])
     for name in [name for name in sys.modules if name.startswith("kreisel._plot.")]:
         monkeypatch.delitem(sys.modules, name)
@@ -212,7 +212,7 @@ def test_without_matplotlib_notebooks_show_texts(monkeypatch):
     assert path._repr_html_() is None and SECTION._repr_html_() is None
 
 
-def test_plans_and_tables_are_tables_of_html():
+def test_plans_and_tables_are_html_tables():
     plan = kr.plan(GENERAL, 1.0, step=0.1, method="rk4")
     shown = plan._repr_html_()
     assert shown.count("<tr>") == len(str(plan).splitlines())
@@ -233,7 +233,7 @@ WITHOUT_GREEN = np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 
 
 
 def seen_by_deuteranopes(colour):
-    """Return a colour as deuteranopes see it (Vienot, Brettel and Mollon 1999)."""
+    """Return a colour as seen by deuteranopes (Vienot, Brettel and Mollon 1999)."""
     linear = np.array(to_rgb(colour)) ** 2.2
     seen = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
     return np.clip(seen, 0.0, 1.0) ** (1 / 2.2)
@@ -247,7 +247,7 @@ def seen_by_deuteranopes(colour):
         [solids.RED, solids.CREAM],
     ],
 )
-def test_deuteranopes_tell_colours_apart(colours):
+def test_deuteranopes_can_distinguish_the_colours(colours):
     seen = [seen_by_deuteranopes(colour) for colour in colours]
     for i, one in enumerate(seen):
         for other in seen[:i]:

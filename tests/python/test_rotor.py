@@ -1,4 +1,4 @@
-"""Bodies with rotors, compared with independent integrators and with tops whose spin is shifted."""
+"""Bodies with rotors, compared with independent integrators and with tops of shifted spin."""
 
 import math
 from dataclasses import replace
@@ -46,7 +46,7 @@ AXIAL = [
 
 
 def integrate(scene, t):
-    """Return the attitude and momentum at `t`, integrated in space by SciPy."""
+    """Return the attitude and momentum at `t`, integrated in the space frame by SciPy."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     body = scene.body
     tensor = np.array(body.inertia)
@@ -114,7 +114,7 @@ def test_an_axial_rotor_shifts_the_spin(body, axis, t):
             assert np.abs(path.m[-1] - plain.m[-1]).max() < allowed
 
 
-def test_the_turning_points_are_those_without_rotor():
+def test_turning_points_equal_those_without_rotor():
     body = kr.Body(1.2, (1.3, 1.3, 0.7), (0, 0, 0.4), unphysical=True)
     spun = kr.exact(kr.Scene(replace(body, rotor=(0, 0, 0.6)), **START))
     plain = kr.exact(kr.Scene(body, **START))
@@ -148,7 +148,7 @@ def test_the_power_balance_with_damping():
     assert path.energy[-1] - path.energy[0] == pytest.approx(lost, abs=1e-11)
 
 
-def test_a_rotor_at_rest_changes_no_bit():
+def test_a_rotor_at_rest_does_not_change_the_path():
     for rotor in ((0, 0, 0), (-0.0, 0.0, -0.0)):
         for name, scene in {"lagrange": kr.scenes.thesis, "general": kr.scenes.asymmetric}.items():
             still = scene.replace(body=replace(scene.body, rotor=rotor))
@@ -181,7 +181,7 @@ def test_members_of_an_ensemble_equal_single_tops():
     assert not kr.solve(axial, [0.0, 1.0]).status.any()
 
 
-def test_velocities_count_the_rotor():
+def test_velocities_include_the_rotor():
     for body in (GENERAL, TENSOR):
         scene = kr.Scene(body, body_velocity=(1, 2, 3), attitude=START["attitude"])
         inertia = np.array(body.inertia)
@@ -269,7 +269,7 @@ def test_the_angular_acceleration_is_the_derivative_of_the_angular_velocity():
         assert np.abs(slope - plain.body_acceleration[4]).max() > 0.1
 
 
-def test_closed_forms_of_an_ensemble_with_axial_rotors_are_those_of_each_top():
+def test_closed_forms_of_ensembles_with_axial_rotors_equal_single_ones():
     for body, axis in AXIAL[:4]:
         tops = kr.Scene(body, **START).vary(rotor=np.outer((0.0, 0.7, -1.2), axis))
         form, t = kr.exact(tops), np.array([-2.0, 0.0, 3.0])
@@ -394,7 +394,7 @@ def test_invalid_arguments_of_with_rotor(words, said):
         GENERAL.with_rotor(**{"spin": 1.0, "inertia": 1.0, "axis": (0, 0, 1), **words})
 
 
-def test_whatever_does_not_know_rotors_says_so():
+def test_functions_without_rotors_refuse_them():
     axial = kr.Scene(kr.Body(1, (1, 1, 0.5), (0, 0, 0.3), rotor=(0, 0, 0.2)), **START)
     for name in ("bobenko_suris", "bobenko_suris2", "bobenko_suris4", "veselov2", "hirota_kimura"):
         with pytest.raises(ValueError, match="bodies without rotors"):

@@ -1,4 +1,4 @@
-"""Runs that are pushed, reset or changed on their way, with their time going on."""
+"""Runs that are pushed, reset or changed midway: their time continues."""
 
 import copy
 import math
@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Return a new run by the method and the digits in `name`, such as "taylor 30"."""
+    """Return a new run with the method and digits in `name`, such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)
@@ -29,7 +29,7 @@ def start(name, **more):
 
 @pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
 @pytest.mark.parametrize("name", list(kr.methods))
-def test_a_pushed_run_has_the_bits_of_a_new_run_of_the_pushed_state(name, back):
+def test_a_pushed_run_equals_a_new_run_bitwise(name, back):
     sign, run = -1.0 if back else 1.0, start(name, back=back)
     before = run.to(4.0 * sign)
     run.push(IMPULSE)
@@ -55,7 +55,7 @@ def test_a_push_by_zero_only_restarts_the_motion(name, most):
 
 @pytest.mark.parametrize("scene", [TOP, GENERAL, FREE, kr.scenes.thesis])
 def test_opposite_pushes_keep_30_digits(scene):
-    """Compare with a run without pushes, which knows nothing of the low words of a start."""
+    """Compare with an undisturbed run, whose states are never rounded to doubles."""
     run, whole = kr.start(scene, digits=30), kr.solve(scene, [5.0], digits=30)
     for t in (0.7, 1.9, 3.1):
         run.to(t)
@@ -75,7 +75,7 @@ def test_opposite_pushes_keep_30_digits(scene):
 
 @pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
 def test_a_struck_free_body_precesses_about_its_new_momentum(name):
-    """Compare with the closed form: the axis turns about m at the rate |m| / I1."""
+    """Compare with the closed form, in which the axis rotates about m at the rate |m| / I1."""
     method, _, digits = name.partition(" ")
     body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
     spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5))
@@ -102,7 +102,7 @@ def test_an_impulse_does_the_work_of_the_mean_angular_velocity():
     assert abs(after.energy[0] - before.energy[-1] - work) < 1e-14 * abs(before.energy[-1])
 
 
-def test_a_reset_sets_what_is_given_and_keeps_the_rest():
+def test_a_reset_changes_only_the_given_values():
     run = kr.start(TOP)
     state = run.to(2.0)[-1]
     run.reset(attitude=TILT)
@@ -121,7 +121,7 @@ def test_a_reset_sets_what_is_given_and_keeps_the_rest():
 
 
 @pytest.mark.parametrize("part", ["attitude", "momentum"])
-def test_a_reset_keeps_the_low_words_of_the_part_that_stays(part):
+def test_a_reset_keeps_the_low_words_of_unchanged_values(part):
     run = kr.start(TOP, digits=30)
     state = run.to([2.0])
     if part == "attitude":
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the momentum of `new` with the angular velocity that `old` has, without rounding."""
+    """Return, without rounding, the momentum of `new` at the angular velocity of `old`."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))
@@ -169,7 +169,7 @@ def exact_momentum(old, new, state):
 @pytest.mark.parametrize("digits", [None, 20, 30])
 @pytest.mark.parametrize("old", [CORNER, TURNED, LAGRANGE.body])
 @pytest.mark.parametrize("new", [CORNER, TURNED, kr.Body(mass=1, inertia=(1, 3, 2), com=(1, 0, 0))])
-def test_a_change_of_body_keeps_momentum_or_velocity(old, new, digits):
+def test_a_change_of_body_preserves_momentum_or_velocity(old, new, digits):
     run = kr.start(kr.Scene(old, momentum=(1, 2, 3), attitude=TILT), "taylor", digits=digits)
     last = run.to(2.0)[-1]
     other = copy.copy(run)
@@ -187,7 +187,7 @@ def test_a_change_of_body_keeps_momentum_or_velocity(old, new, digits):
     assert np.array_equal(after.q_low, last.q_low)
 
 
-def test_a_changed_top_moves_by_its_new_body_gravity_and_damping():
+def test_a_changed_run_uses_the_new_body_gravity_and_damping():
     run = kr.start(TOP, "taylor")
     for change in (
         {"body": CORNER},
@@ -205,8 +205,8 @@ def test_a_changed_top_moves_by_its_new_body_gravity_and_damping():
         assert path.start_time == run.start_time
 
 
-def test_a_closed_form_becomes_that_of_another_kind_of_top():
-    """The core allocates memory for some kinds of tops only, so a run needs a new top."""
+def test_closed_forms_survive_a_change_of_kind():
+    """Check changes between kinds of tops for which the core allocates different memory."""
     kowalewski = kr.scenes.kowalewski.body
     run = kr.start(kr.scenes.cusps, "exact")
     run.to(1.0)
@@ -247,14 +247,14 @@ def _words(run):
     return {"step": run.step, "digits": run.digits}
 
 
-def test_the_error_of_a_path_with_30_digits_includes_the_low_words_of_its_start():
+def test_the_error_of_30_digits_includes_the_low_words_of_the_start():
     run = kr.start(TOP, digits=30)
     run.to(3.0)
     run.push(IMPULSE)
     assert 0.0 < run.to([3.0, 5.0]).error < 1e-26
 
 
-def test_the_energy_of_a_path_after_a_change_is_that_of_the_new_body():
+def test_the_energy_after_a_change_is_that_of_the_new_body():
     run = kr.start(TOP, "taylor")
     run.to(2.0)
     run.change(body=CORNER, gravity=3.0)
@@ -308,7 +308,7 @@ def test_a_stream_after_a_change_has_the_times_of_the_new_grid(end):
     assert again[0] == 0.3 * sign + sign * 1.5 and len(again) == 9
 
 
-def test_a_stream_goes_on_with_its_times_after_a_push():
+def test_a_stream_keeps_its_times_after_a_push():
     run, times = kr.start(TOP), [1.0, 2.0, 3.0, 4.0]
     stream = run.stream(times, chunk=2)
     first = next(stream)
@@ -319,7 +319,7 @@ def test_a_stream_goes_on_with_its_times_after_a_push():
     assert np.array_equal(rest.states[:, 1:], fresh.states[:, 1:])
 
 
-def test_counts_and_limits_begin_at_zero_after_a_change():
+def test_counts_and_limits_restart_after_a_change():
     run = kr.start(TOP, "strang", step=0.5, max_steps=10)
     with pytest.raises(kr.Error, match="largest number of steps"):
         run.to(8.0)
@@ -342,7 +342,7 @@ def test_a_run_can_be_pushed_before_it_moves():
 
 @pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_changed_run_goes_on_from_its_checkpoint_with_the_same_bits(name, back):
+def test_a_changed_run_is_resumed_with_the_same_bits(name, back):
     sign = -1.0 if back else 1.0
     whole, saved = (start(name, back=back) for _ in range(2))
     for t in (0.5, 1.25, 3.0):
@@ -385,7 +385,7 @@ def test_a_damaged_start_of_a_checkpoint_is_refused(start):
 # Events
 
 
-def test_events_go_on_after_a_push_and_are_not_found_twice():
+def test_events_after_a_push_are_found_once():
     level = kr.events.crossing("apex_z", 0.0)
     run = kr.start(TOP, events=[level])
     first = run.to(20.0).events.t[0]
@@ -398,8 +398,8 @@ def test_events_go_on_after_a_push_and_are_not_found_twice():
     assert after.t[0] > first and np.abs(after.path.apex[:, 2]).max() < 1e-13
 
 
-def test_a_terminal_event_can_push_the_top_again_and_again():
-    """Let the top bounce at a height, and check the bounces by their energy."""
+def test_a_terminal_event_can_push_the_top_repeatedly():
+    """Let the top bounce at a given height, and check the bounces by their energy."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []
@@ -456,7 +456,7 @@ def test_events_of_a_changed_body_follow_its_own_apex():
         ("strang", lambda run: run.push((1e18, 0, 0)), ValueError, "double precision cannot"),
     ],
 )
-def test_a_refused_change_leaves_the_run_as_it_was(name, call, kind, message):
+def test_a_refused_change_does_not_change_the_run(name, call, kind, message):
     run, twin = start(name), start(name)
     run.to(2.0), twin.to(2.0)
     before = run.checkpoint
@@ -475,7 +475,7 @@ def test_a_state_without_closed_form_is_refused():
     assert run.checkpoint == before
 
 
-def test_a_run_without_heading_refuses_what_depends_on_it():
+def test_a_run_without_heading_refuses_changes_that_need_it():
     run = kr.start(TOP, want=["energy"])
     whole = kr.start(TOP)
     for one in (run, whole):
@@ -503,7 +503,7 @@ def test_a_run_without_heading_refuses_what_depends_on_it():
         assert np.abs(got - wanted).max() < 1e-13 * np.abs(wanted).max()
 
 
-def test_a_run_under_way_is_not_changed():
+def test_a_run_cannot_be_changed_during_a_call():
     run = kr.start(TOP, "rk4", step=1e-4)
 
     def progress(t):
@@ -516,7 +516,7 @@ def test_a_run_under_way_is_not_changed():
     assert run.start_time == 0.0
 
 
-def test_another_thread_cannot_change_a_run_under_way():
+def test_another_thread_cannot_change_a_run_during_a_call():
     run, begun, refused = kr.start(TOP, "rk4", step=1e-4), threading.Event(), threading.Event()
 
     def progress(t):

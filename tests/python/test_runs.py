@@ -17,7 +17,7 @@ TOP = kr.scenes.asymmetric
 
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
 @pytest.mark.parametrize("chunk", [1, 7, 1000])
-def test_stream_gives_the_bits_of_solve(method, chunk):
+def test_stream_equals_solve_bitwise(method, chunk):
     scene, words, times = scene_for(method), words_for(method), np.linspace(0, 9, 61)
     whole = kr.solve(scene, times, method, **words)
     for t in (times, times.tolist(), iter(times)):
@@ -30,14 +30,14 @@ def test_stream_gives_the_bits_of_solve(method, chunk):
 
 
 @pytest.mark.parametrize("end", [20.0, -20.0, 19.99])
-def test_stream_on_the_grid_gives_the_path_in_pieces(end):
+def test_stream_on_a_grid_yields_the_path_in_chunks(end):
     whole = kr.solve(TOP, end, "strang", step=0.01, every=7)
     paths = list(kr.stream(TOP, end, "strang", step=0.01, every=7, chunk=50, want=("t", "energy")))
     assert np.array_equal(np.concatenate([path.t for path in paths]), whole.t)
     assert np.array_equal(np.concatenate([path.energy for path in paths]), whole.energy)
 
 
-def test_streams_need_not_end():
+def test_streams_may_be_infinite():
     grid = kr.stream(TOP, math.inf, "strang", step=0.01, every=10, chunk=100)
     some = list(itertools.islice(grid, 5))
     whole = kr.solve(TOP, 49.9, "strang", step=0.01, every=10)
@@ -74,7 +74,7 @@ def test_stream_refuses_before_anything_runs(t, words, kind, message):
         kr.stream(TOP, t, **words)
 
 
-def test_stream_refuses_what_an_iterator_brings_too_late():
+def test_stream_refuses_invalid_times_of_an_iterator():
     times = kr.stream(TOP, iter([1.0, 2.0, 3.0, 2.5]), chunk=2)
     assert next(times).t.tolist() == [1, 2]
     with pytest.raises(ValueError, match=r"t\[1\] = 2.5 goes back from t\[0\] = 3.0"):
@@ -89,7 +89,7 @@ def test_stream_refuses_what_an_iterator_brings_too_late():
 
 @pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
 @pytest.mark.parametrize("name", [*kr.methods, "taylor 16", "taylor 20", "taylor 30"])
-def test_a_run_goes_on_with_the_same_bits(name, back, tmp_path):
+def test_a_resumed_run_has_the_same_bits(name, back, tmp_path):
     name, _, digits = name.partition(" ")
     scene, words = scene_for(name), words_for(name) | ({"digits": int(digits)} if digits else {})
     times = np.array([0.0, 0.5, 1.0, 1.01, 4.44, 10.0, 10.0, 13.7, 50.0]) * (-1 if back else 1)
@@ -110,7 +110,7 @@ def test_a_run_goes_on_with_the_same_bits(name, back, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_run_goes_on_without_heading():
+def test_a_run_without_heading_is_resumed():
     times = np.linspace(0, 30, 50)
     whole, run = kr.solve(TOP, times, want=("energy",)), kr.start(TOP, want=("energy",))
     first = run.to(times[:20])
@@ -120,7 +120,7 @@ def test_a_run_goes_on_without_heading():
     ) and rest.want == ("energy",)
 
 
-def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
+def test_an_interrupted_stream_is_resumed_from_a_file(tmp_path):
     file, words = tmp_path / "run", {"every": 10, "chunk": 100}
     whole = kr.solve(TOP, 100, "strang", step=0.01, every=10)
     run, got = kr.start(TOP, "strang", step=0.01), []
@@ -133,7 +133,7 @@ def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
     assert np.array_equal(np.concatenate(got), whole.states)
 
 
-def test_a_run_leads_on():
+def test_a_run_advances_in_one_direction():
     run = kr.start(TOP, "strang", step=0.01)
     assert run.to(1).t.tolist() == [0, 1] and run.to(2).t.tolist() == [1, 2] and run.t == 2
     assert run.to(2.1, every=5).t.tolist() == [205 * 0.01, 210 * 0.01]
@@ -160,7 +160,7 @@ def test_a_run_leads_on():
 @pytest.mark.parametrize(
     "method, words", [("rk4", {"step": 1e-3}), ("taylor", {"digits": 30}), ("extrap", {})]
 )
-def test_a_stopped_run_goes_on_with_the_same_bits(method, words, stop):
+def test_a_stopped_run_continues_with_the_same_bits(method, words, stop):
     def tell(t):
         raise stop
 
@@ -199,7 +199,7 @@ def test_damaged_checkpoints_are_refused(tmp_path):
         kr.resume(magic + b"%08x\n" % zlib.crc32(body) + body)
 
 
-def test_another_kernel_is_said():
+def test_resuming_with_another_kernel_warns():
     run = kr.start(TOP)
     run.to(5)
     whole, own = run.checkpoint, run.plan.kernel.encode()
@@ -215,7 +215,7 @@ def test_another_kernel_is_said():
 @pytest.mark.parametrize(
     "another", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
 )
-def test_a_copy_of_a_run_goes_its_own_way(another):
+def test_a_copy_of_a_run_is_independent(another):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
     twin = another(run)
@@ -224,13 +224,13 @@ def test_a_copy_of_a_run_goes_its_own_way(another):
     assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, there)
 
 
-def test_a_fresh_run_has_cost_nothing():
+def test_a_new_run_has_no_costs():
     run = kr.start(TOP, "strang", step=0.01)
     assert tuple(run.stats) == (0, 0, 0, 0) and run.t == 0.0
     assert run.to([]).stats == run.stats
 
 
-def test_results_and_runs_say_how_they_are_changed(tmp_path):
+def test_assignment_to_results_and_runs_raises(tmp_path):
     """Check that assignments raise an error instead of being ignored."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
@@ -253,7 +253,7 @@ def test_results_and_runs_say_how_they_are_changed(tmp_path):
             one.momentum = (0, 0, 9)
 
 
-def test_a_run_that_was_refused_a_change_goes_on_as_it_was():
+def test_a_run_continues_after_a_refused_change():
     run, other = kr.start(TOP), kr.start(TOP)
     with pytest.raises(AttributeError):
         run.momentum = (0, 0, 9)
@@ -266,12 +266,12 @@ def test_a_run_that_was_refused_a_change_goes_on_as_it_was():
 # Boundary values
 
 
-def test_an_iterator_of_lists_is_no_iterator_of_times():
+def test_an_iterator_of_lists_is_refused_as_times():
     with pytest.raises(ValueError, match="an iterator of times, not of"):
         list(kr.stream(TOP, iter([[1.0, 2.0], [3.0, 4.0]])))
 
 
-def test_a_run_that_has_not_begun_has_cost_nothing():
+def test_a_run_that_has_not_begun_has_no_costs():
     run = kr.start(TOP, "strang", step=0.01)
     assert (run.t, tuple(run.stats)) == (0.0, (0, 0, 0, 0))
     assert tuple(kr.resume(run.checkpoint).stats) == (0, 0, 0, 0)

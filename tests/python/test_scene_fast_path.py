@@ -13,7 +13,7 @@ TIMES = (0.1, 0.3, 0.30000000000000004, 2.0)
 
 @pytest.mark.parametrize("word", ["momentum", "velocity", "body_momentum", "body_velocity"])
 @pytest.mark.parametrize("way", WAYS)
-def test_scenes(word, way):
+def test_scenes_from_plain_numbers_equal_validated_ones(word, way):
     rng = np.random.default_rng(7)
     for _ in range(50):
         row, q = rng.normal(size=3), rng.normal(size=4)
@@ -24,31 +24,31 @@ def test_scenes(word, way):
         assert all(type(x) is float for x in (*made.momentum, *made.attitude, made.gravity))
 
 
-def test_numbers_from_numpy_need_no_second_look():
+def test_numpy_numbers_are_plain_numbers():
     row = tuple(np.array(MOMENTUM))
     assert isinstance(row[0], np.float64)
     assert isinstance(core.scene(CORNER._block, row, None, np.float64(1.0), None), tuple)
 
 
 @pytest.mark.parametrize("way", [*WAYS, lambda row: [1, *row[1:]]])
-def test_bodies(way):
+def test_bodies_from_plain_numbers_equal_validated_ones(way):
     row = (1.0, 1.25, 1.5)
     assert kr.Body.cuboid(way(row), way((1.0, 0.5, -1.0))) == kr.Body.cuboid(row, (1.0, 0.5, -1.0))
 
 
 @pytest.mark.parametrize("wrong", [10**400, np.nan, None, 1j])
-def test_what_is_no_number_beside_others_is_refused(wrong):
+def test_invalid_components_are_refused(wrong):
     with pytest.raises((TypeError, ValueError), match=r"^pivot must be (3 numbers|finite), not "):
         kr.Body.cuboid((1.0, 1.0, 1.0), (0, wrong, -1.0))
 
 
-def test_whole_numbers_are_numbers():
+def test_integers_are_accepted():
     scene = kr.Scene(CORNER, momentum=(1, 0, -2), attitude=(0, 1, 0, 0), gravity=2)
     assert scene == kr.Scene(CORNER, (1.0, 0.0, -2.0), np.array((0, 1, 0, 0)), np.float32(2))
     assert type(scene.momentum[0]) is float and type(scene.gravity) is float
 
 
-def test_a_scene_does_not_hold_on_to_what_it_was_made_of():
+def test_a_scene_copies_its_arguments():
     row = [*MOMENTUM]
     scene = kr.Scene(CORNER, momentum=row, attitude=TILT)
     row[0] = 7.0
@@ -58,7 +58,7 @@ def test_a_scene_does_not_hold_on_to_what_it_was_made_of():
 @pytest.mark.parametrize("method", ["exact", "taylor", "strang"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("way", WAYS)
-def test_times(method, sign, way):
+def test_plain_times_equal_validated_ones(method, sign, way):
     scene, words = scene_for(method), words_for(method)
     times = tuple(sign * t for t in TIMES)
     plain, other = (kr.solve(scene, t, method, **words) for t in (times, way(times)))
@@ -71,13 +71,13 @@ def test_times(method, sign, way):
     assert np.array_equal(alone.states[-1], to.states[-1]) and to.t.tolist() == [0.0, times[-1]]
 
 
-def test_an_array_of_times_stays_its_owners():
+def test_arrays_of_times_are_not_shared():
     times = np.array(TIMES)
     path = kr.solve(GENERAL, times)
     assert times.flags.writeable and not np.shares_memory(times, path.states)
 
 
-def test_equal_words_of_another_type_are_checked_anew():
+def test_equal_arguments_of_another_type_are_validated():
     assert kr.solve(GENERAL, 1, "strang", step=1.0).step == 1.0
     with pytest.raises(TypeError, match="step must be a number, not True"):
         kr.solve(GENERAL, 1, "strang", step=True)
@@ -87,7 +87,7 @@ def test_equal_words_of_another_type_are_checked_anew():
         kr.solve(GENERAL, 1, want=iter([]))
 
 
-def test_the_core_refuses_what_is_no_scene():
+def test_the_core_refuses_invalid_scenes():
     body, zero = CORNER._block, (0.0, 0.0, 0.0)
     assert core.scene(body, zero, (2.0, 0.0, 0.0, 0.0), 1.0, None) == "ERR_ATTITUDE"
     assert core.scene(body, zero, None, float("nan"), None) == "ERR_ARGUMENT"
@@ -100,7 +100,7 @@ def test_the_core_refuses_what_is_no_scene():
         core.scene(body[:-1], zero, None, 1.0, None)
 
 
-def test_what_the_body_sees():
+def test_body_frame_quantities_are_rotated_space_frame_quantities():
     path = kr.solve(GENERAL, [0.0, 0.7, 1.9])
     for name, in_space in (("velocity", path.velocity), ("momentum", path.m)):
         seen = [
@@ -112,7 +112,7 @@ def test_what_the_body_sees():
     np.testing.assert_allclose(path.spin, (path.velocity * path.apex).sum(axis=1), atol=1e-14)
 
 
-def test_eulers_angles_of_the_apex():
+def test_euler_angles_agree_with_the_apex():
     path = kr.solve(GENERAL, np.linspace(0.0, 5.0, 50))
     phi, theta = path.precession_angle, path.nutation
     axis = np.stack([np.sin(phi) * np.sin(theta), -np.cos(phi) * np.sin(theta), np.cos(theta)], -1)
@@ -122,7 +122,7 @@ def test_eulers_angles_of_the_apex():
     np.testing.assert_allclose(whole[2:-2], path.spin[2:-2], rtol=0.02, atol=0.02)
 
 
-def test_every_quantity_tells_what_it_is():
+def test_every_quantity_has_a_docstring():
     for name, quantity in QUANTITIES.items():
         told = getattr(kr.Path, name).__doc__
         assert told and name in dir(kr.Path), name

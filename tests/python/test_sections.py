@@ -26,7 +26,7 @@ def random_ensemble(n):
 
 
 @pytest.mark.parametrize("scene", [LAGRANGE, kr.scenes.cusps])
-def test_the_section_of_a_lagrange_top_is_its_lowest_points(scene):
+def test_the_section_of_a_lagrange_top_contains_its_lowest_points(scene):
     section, exact = kr.section(scene, n=50), kr.exact(scene)
     assert np.abs(section.t - exact.t_greatest - exact.period * np.arange(50)).max() < 1e-10
     assert np.abs(section.nutation - exact.greatest_nutation).max() < 1e-12
@@ -59,7 +59,7 @@ def test_kowalewskis_integral_is_constant_on_sections(event):
     assert np.ptp(section.energy) < 1e-12 and np.ptp(section.vertical_momentum) < 1e-12
 
 
-def test_a_section_is_that_of_the_paths():
+def test_a_section_equals_the_events_of_paths():
     section = kr.section(TOPS, n=8)
     paths = kr.solve(TOPS, float(section.t.max()) + 1.0, "taylor", events=[LOW])
     for i in range(3):
@@ -69,7 +69,7 @@ def test_a_section_is_that_of_the_paths():
     assert section.top.tolist() == sorted(section.top.tolist()) and section.n == 8
 
 
-def test_what_is_asked_of_it():
+def test_sections_can_be_indexed_and_printed():
     section = kr.section(TOPS, n=5)
     assert len(section) == 3 and section.shape == (3,) and section.count.tolist() == [5, 5, 5]
     assert section.frame.shape == (15, 3, 3) and section.q.shape == (15, 4)
@@ -87,7 +87,7 @@ def test_what_is_asked_of_it():
     assert kr.section(TOPS[:0], n=5).states.shape == (0, 8)
 
 
-def test_the_states_of_a_top_are_its_own():
+def test_the_section_of_a_top_does_not_depend_on_other_tops():
     tops, words = random_ensemble(120), {"n": 12, "max_wait": 60}
     whole = kr.section(tops, **words)
     assert same(kr.section(tops, threads=1, **words), whole)
@@ -100,7 +100,7 @@ def test_the_states_of_a_top_are_its_own():
     assert np.array_equal(few[7].states, whole[7].states[:5])
 
 
-def test_it_can_lead_back_in_time():
+def test_sections_can_go_backward_in_time():
     back = kr.section(TOPS, n=6, max_wait=-100)
     assert (back.t < 0).all() and (np.diff(back[0].t) < 0).all() and (back.max_wait == -100).all()
     ahead = kr.section(
@@ -109,7 +109,7 @@ def test_it_can_lead_back_in_time():
     assert np.abs(ahead.t + back.t).max() < 1e-8
 
 
-def test_a_top_whose_event_does_not_come_is_told():
+def test_a_top_without_events_is_reported():
     tops = kr.Ensemble.of([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
     section = kr.section(tops, n=10, max_wait=[50, 50, 3])
     assert section.status_names.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
@@ -131,8 +131,8 @@ def test_every_kind_of_top_has_sections(scene):
 
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
-def test_one_component_alone_is_looked_for(name):
-    """Check events of a single component that depends on another quantity, as the spin on the apex.
+def test_a_single_component_can_be_the_event(name):
+    """Check an event on one component that depends on another quantity, as the spin on the apex.
 
     The other quantity must be computed before the first check for events.
     """
@@ -176,7 +176,7 @@ def test_progress_and_interruption():
         ({"executor": 3}, "executor must be one of concurrent.futures"),
     ],
 )
-def test_what_cannot_be_is_refused(words, said):
+def test_invalid_arguments_are_refused(words, said):
     with pytest.raises((TypeError, ValueError, MemoryError), match=said):
         kr.section(**({"tops": TOPS} | words))
 
@@ -184,7 +184,7 @@ def test_what_cannot_be_is_refused(words, said):
 # Boundary values
 
 
-def test_a_section_waits_as_long_as_is_said():
+def test_max_wait_limits_a_section():
     first = kr.section(TOP, n=1).t[0]
     assert kr.section(TOP, n=1, max_wait=1.001 * first).count.tolist() == [1]
     late = kr.section(TOP, n=1, max_wait=0.999 * first)
@@ -199,7 +199,7 @@ def test_a_section_waits_as_long_as_is_said():
         kr.section(TOP, n=0)
 
 
-def test_a_body_at_rest_waits_for_a_section_in_vain():
+def test_a_body_at_rest_has_no_section():
     rest = kr.Scene(FREE.body, attitude=(1, 0, 0, 0), momentum=(0, 0, 0), gravity=0.0)
     path = kr.section(kr.Ensemble.of([rest, TOP]), n=2)
     assert path.count.tolist() == [0, 2]

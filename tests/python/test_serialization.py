@@ -90,7 +90,7 @@ def file(tmp_path):
 
 
 @pytest.mark.parametrize("kind", PATHS)
-def test_a_path_comes_back_bit_for_bit(kind, file):
+def test_a_path_is_loaded_bit_for_bit(kind, file):
     path = PATHS[kind]()
     path.save(str(file))
     again = kr.load(file)
@@ -102,7 +102,7 @@ def test_a_path_comes_back_bit_for_bit(kind, file):
         assert again.error == path.error and same(path.energy, again.energy)
 
 
-def test_a_path_is_read_by_numpy_alone(file):
+def test_a_path_can_be_read_with_numpy(file):
     path = kr.solve(TOP, 20.0, digits=20, events=[LOWEST])
     path.save(file)
     with np.load(file) as arrays:
@@ -117,13 +117,13 @@ def test_a_path_is_read_by_numpy_alone(file):
     assert head["method"] == "taylor" and head["digits"] == 20 and head["stats"] == [*path.stats]
 
 
-def test_the_same_path_makes_the_same_file(tmp_path):
+def test_equal_paths_give_equal_files(tmp_path):
     for name in "ab":
         kr.solve(TOP, 2.0).save(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
-def test_load_knows_scenes_and_runs(file):
+def test_load_recognizes_scenes_and_runs(file):
     TOP.to_toml(file)
     assert kr.load(file) == TOP
     run = kr.start(TOP, "strang", step=0.01)
@@ -139,13 +139,13 @@ def test_load_knows_scenes_and_runs(file):
      b"kreisel run\n", b"kreisel run\n00000000\n{}\n", b"momentum = 3\n[body]\nmass = 'x'",
      b"\x93NUMPY\x01\x00", b"\x80\x04K\x01.", b"a = " + b"[" * 9999, b"#" * 2**21],
 )  # fmt: skip
-def test_what_is_nothing_of_kreisel_is_refused(data, file):
+def test_files_of_other_programs_are_refused(data, file):
     file.write_bytes(data)
     with pytest.raises(ValueError, match="any name"):
         kr.load(file)
 
 
-def test_what_is_no_file_is_refused(tmp_path):
+def test_missing_files_and_invalid_names_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError):
         kr.load(tmp_path / "none")
     with pytest.raises(OSError):
@@ -205,7 +205,7 @@ ALLOWED = {  # those of these classes that a path may contain
 
 
 @pytest.mark.parametrize("word", WORDS)
-def test_words_that_are_wrong_are_refused(word, file, parts):
+def test_invalid_header_entries_are_refused(word, file, parts):
     head = head_of(parts)
     check_refusal(
         file, parts | {"head.npy": text(json.dumps({k: head[k] for k in head if k != word}))}
@@ -218,13 +218,13 @@ def test_words_that_are_wrong_are_refused(word, file, parts):
 
 @pytest.mark.parametrize("value", [None, "x", -1, True, [1], 10**400])
 @pytest.mark.parametrize("i", range(4))
-def test_stats_that_are_wrong_are_refused(i, value, file, parts):
+def test_invalid_stats_are_refused(i, value, file, parts):
     head = head_of(parts)
     head["stats"][i] = value
     check_refusal(file, parts | {"head.npy": text(json.dumps(head))})
 
 
-def test_choices_that_are_wrong_are_refused(file):
+def test_invalid_choices_are_refused(file):
     path = PATHS["geometric"]()
     path.save(file)
     with zipfile.ZipFile(file) as archive:
@@ -237,7 +237,7 @@ def test_choices_that_are_wrong_are_refused(file):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
-def test_what_may_have_no_end_is_refused(tmp_path):
+def test_pipes_and_devices_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for name in (tmp_path / "pipe", "/dev/zero"):
         with pytest.raises(ValueError, match="not a regular file"):
@@ -254,7 +254,7 @@ class Evil:
         return os.mkdir, ("harmed",)
 
 
-def test_arrays_that_are_wrong_are_refused(file, parts, tmp_path, monkeypatch):
+def test_invalid_arrays_are_refused(file, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     pickled = io.BytesIO()
     np.save(pickled, np.array([Evil()], dtype=object), allow_pickle=True)
@@ -283,7 +283,7 @@ def test_arrays_that_are_wrong_are_refused(file, parts, tmp_path, monkeypatch):
     assert not (tmp_path / "harmed").exists()
 
 
-def test_texts_that_are_wrong_are_refused(file, parts):
+def test_invalid_headers_and_scenes_are_refused(file, parts):
     for words in ("", "[]", "3", "{", "[" * 9000, '{"format": 1}', "\0", "null"):
         check_refusal(file, parts | {"head.npy": text(words)})
     for words in ("", "x = 1", "momentum = 3", "[body]", "[" * 9000, TOP.to_toml() * 2):
@@ -298,7 +298,7 @@ def test_texts_that_are_wrong_are_refused(file, parts):
 
 
 @pytest.mark.parametrize("compress", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_a_bomb_is_refused_before_it_is_read(compress, file, parts):
+def test_a_decompression_bomb_is_refused_before_it_is_read(compress, file, parts):
     check_refusal(file, parts, "compressed", compress)
     bomb = parts | {"q.npy": bytes(1 << 24)}
     tracemalloc.start()
@@ -318,7 +318,7 @@ def test_a_bomb_is_refused_before_it_is_read(compress, file, parts):
         tracemalloc.stop()
 
 
-def test_a_path_takes_memory_as_its_file_is_long(file):
+def test_the_memory_of_load_is_proportional_to_the_file_size(file):
     kr.exact(LAGRANGE)(np.linspace(0.0, 9.0, 100_000)).save(file)
     kr.load(file)
     tracemalloc.start()
@@ -340,7 +340,7 @@ def test_members_that_share_their_bytes_are_refused(file, parts):
         kr.load(file)
 
 
-def test_bytes_that_are_damaged_are_refused_or_change_nothing(file):
+def test_damaged_bytes_are_refused_or_change_nothing(file):
     path = PATHS["events with 30 digits"]()
     path.save(file)
     good = file.read_bytes()
@@ -360,7 +360,7 @@ def test_bytes_that_are_damaged_are_refused_or_change_nothing(file):
             kr.load(file)
 
 
-def test_a_path_is_saved_whole_or_not_at_all(tmp_path):
+def test_a_path_is_saved_atomically(tmp_path):
     path, file = kr.solve(TOP, 1.0), tmp_path / "top"
     with pytest.raises(FileNotFoundError):
         path.save(tmp_path / "none" / "top")
@@ -368,6 +368,6 @@ def test_a_path_is_saved_whole_or_not_at_all(tmp_path):
     assert os.listdir(tmp_path) == ["top"] and same(path, kr.load(file))
 
 
-def test_a_method_of_another_build_says_what_it_needs(file, parts):
+def test_a_path_of_an_unknown_method_is_refused(file, parts):
     head = head_of(parts) | {"method": "gsl_of_old", "digits": None}
     check_refusal(file, parts | {"head.npy": text(json.dumps(head))}, "unknown method 'gsl_of_old'")

@@ -1,4 +1,4 @@
-"""Tops on shaken supports, compared with SciPy, decimals and the averaged motion."""
+"""Tops on shaken supports, compared with SciPy, decimal series and the averaged motion."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
             assert decimal_error(scene, 1.5, digits) < tolerance
 
 
-def test_a_late_phase_is_that_of_the_time():
+def test_the_phase_is_accurate_at_late_times():
     rate, phase, t = 20.0, 0.3, 1000.0
     free = kr.Body(1.0, (1.0, 1.0, 1.0), (0, 0, 0.3), unphysical=True)
     scene = kr.Scene(free, momentum=(0, 0, 1), gravity=0.0, shaking=(1e-3, rate, phase))
@@ -63,7 +63,7 @@ def test_the_power_balance_with_damping():
 
 
 @pytest.mark.parametrize("spin", [0.0, 3.0])
-def test_the_border_of_the_averaged_motion(spin):
+def test_the_stability_limit_agrees_with_the_averaged_motion(spin):
     """Compare with Kapitza's condition (I3 spin)^2 + 2 (m l A r)^2 = 4 I1 m g l."""
     body, rate = kr.Body(1.0, (1.0, 1.0, 0.3), (0, 0, 0.5), unphysical=True), 400.0
     needed = 4.0 * 1.0 * 9.81 * 0.5 - (0.3 * spin) ** 2
@@ -79,7 +79,7 @@ def test_the_border_of_the_averaged_motion(spin):
     assert spin > 2.0 * math.sqrt(9.81 * 0.5) / 0.3 or still.nutation.max() > 0.5
 
 
-def test_the_end_of_a_path_has_the_phase_of_its_time():
+def test_the_end_of_a_path_has_the_phase_at_its_time():
     path = kr.solve(HEAVY, [0.0, 1.0])
     there = path.end
     amplitude, rate, phase = there.shaking
@@ -92,7 +92,7 @@ def test_the_end_of_a_path_has_the_phase_of_its_time():
     assert on.potential[0] == pytest.approx(path.potential[-1], abs=1e-14)
 
 
-def test_runs_know_the_time_after_a_push_and_a_change():
+def test_the_phase_continues_after_a_push_and_a_change():
     check_resumed(HEAVY, [{"method": "taylor"}, {"method": "taylor", "digits": 20}])
     run = kr.start(HEAVY)
     run.to([1.0])
@@ -111,7 +111,7 @@ def test_runs_know_the_time_after_a_push_and_a_change():
     assert kr.attitude_error(changed.q[-1], kr.solve(expected, [0.5]).q[-1]) < 1e-14
 
 
-def test_events_know_the_time():
+def test_events_use_the_phase_at_their_time():
     low = kr.events.nutation(direction=1)
     found = kr.solve(HEAVY, 10.0, events=[low]).events
     path = kr.solve(HEAVY, np.linspace(0, 10, 20001))
@@ -166,7 +166,7 @@ def test_invalid_shaking_is_refused(shaking):
             make()
 
 
-def test_whatever_does_not_know_shaken_supports_says_so():
+def test_functions_without_shaken_supports_refuse_them():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
     for refused in (

@@ -93,7 +93,7 @@ def make(name, **words):
 
 
 def integrate_inertia(points, weights, mass, pivot):
-    """Return the inertia and the centre of mass, both relative to the pivot, by quadrature."""
+    """Return the inertia and the centre of mass relative to the pivot, by quadrature."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
     return np.eye(3) * products.trace() - products, portions @ seen / mass
@@ -134,12 +134,12 @@ def test_the_mass_is_density_times_volume(name):
         ("ellipsoid", {"half": (1, 2, 3)}, (13 / 5, 2, 1)),
     ],
 )
-def test_moments_are_those_of_the_books(made, of, moments):
+def test_moments_agree_with_textbooks(made, of, moments):
     body = getattr(kr.Body, made)(**of, pivot=(0, 0, 0), mass=1)
     np.testing.assert_allclose(body.moments, moments, rtol=1e-15)
 
 
-def test_a_cone_on_its_tip_is_the_one_of_the_books():
+def test_a_cone_on_its_tip_has_the_textbook_moments():
     body = kr.Body.cone(radius=2, height=4, pivot=(0, 0, 0), mass=5)
     assert body.com == (0, 0, 3) and body.kind == "lagrange"
     across, along = 0.6 * 5 * (2**2 / 4 + 4**2), 0.3 * 5 * 2**2  # Landau and Lifshitz, 32
@@ -149,7 +149,7 @@ def test_a_cone_on_its_tip_is_the_one_of_the_books():
 # Sums, shifts, rotations
 
 
-def test_a_gyroscope_is_one_line():
+def test_a_disk_and_a_rod_form_a_gyroscope():
     at = (0, 0, -0.06)
     top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
     across = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
@@ -158,7 +158,7 @@ def test_a_gyroscope_is_one_line():
     np.testing.assert_allclose(top.com, (0, 0, 0.06), rtol=1e-15)
 
 
-def test_halves_add_up_to_the_whole():
+def test_two_halves_add_up_to_the_whole_body():
     whole = kr.Body.cuboid((1, 0.5, 2), (0.2, 0.3, -2), density=1.5)
     halves = [kr.Body.cuboid((0.5, 0.5, 2), (0.2 + x, 0.3, -2), density=1.5) for x in (0.5, -0.5)]
     both = halves[0] + halves[1]
@@ -168,7 +168,7 @@ def test_halves_add_up_to_the_whole():
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_shift_is_another_pivot(name):
+def test_a_shift_changes_the_pivot(name):
     by = np.array((-0.4, 0.9, 0.25))
     shifted = make(name, pivot=PIVOT, mass=2).shift(by)
     there = make(name, pivot=PIVOT - by, mass=2)
@@ -176,7 +176,7 @@ def test_a_shift_is_another_pivot(name):
     np.testing.assert_allclose(shifted.com, there.com, atol=1e-15)
 
 
-def test_a_turn_takes_everything_along():
+def test_a_rotation_rotates_inertia_and_centre_of_mass():
     body = kr.Body.cuboid((0.6, 0.8, 1), PIVOT)
     axes = matrix(TILT)
     turned = body.turn(TILT)
@@ -187,7 +187,7 @@ def test_a_turn_takes_everything_along():
     np.testing.assert_allclose(back.inertia, body.inertia, atol=4e-14)
 
 
-def test_a_turn_may_be_a_rotation_of_scipy():
+def test_a_rotation_may_be_given_by_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
     body = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
@@ -196,7 +196,7 @@ def test_a_turn_may_be_a_rotation_of_scipy():
         body.turn(Rotation.concatenate([rotation, rotation]))
 
 
-def test_sums_keep_what_was_said_of_the_parts():
+def test_sums_keep_the_options_of_their_parts():
     water = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), inertia_rtol=0.0021)
     lever = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     for body in (water + lever, lever + water):
@@ -214,7 +214,7 @@ def line():
     return kr.Body.rod(0.12, (0, 0, -0.06), mass=0.02)
 
 
-def test_a_rod_on_its_own_line_does_not_move_alone():
+def test_a_rod_on_its_own_line_is_refused_as_a_body():
     for use in (
         lambda: kr.Scene(line(), (0, 0, 1)),
         lambda: line().kind,
@@ -228,14 +228,14 @@ def test_a_rod_on_its_own_line_does_not_move_alone():
             use()
 
 
-def test_a_rod_on_its_own_line_is_a_value():
+def test_a_rod_on_its_own_line_can_be_compared_and_copied():
     assert pickle.loads(pickle.dumps(line())) == line() and hash(line()) == hash(line())
     assert repr(line()).startswith("ThinRods(mass=0.02")
     with pytest.raises(AttributeError, match="no attribute 'mas'"):
         _ = line().mas
 
 
-def test_rods_stay_parts_until_they_are_none():
+def test_rods_on_their_own_line_are_only_parts_of_bodies():
     turned, longer = line().turn(TILT), line() + line().shift((0, 0, 0.12))
     for part in (turned, longer, line().shift((0, 0, 5))):
         with pytest.raises(ValueError, match="thin rod"):
@@ -268,7 +268,7 @@ def test_rods_stay_parts_until_they_are_none():
         ("ellipsoid", {"mass": 1, "pivot": (1, 2)}, ValueError, "pivot must be 3 numbers"),
     ],
 )
-def test_a_shape_that_is_none_is_refused(name, words, exception, message):
+def test_invalid_shapes_are_refused(name, words, exception, message):
     with pytest.raises(exception, match=message):
         make(name, **{"pivot": (0, 0, 0), **words})
 
@@ -294,7 +294,7 @@ def test_a_shape_that_is_none_is_refused(name, words, exception, message):
         ),
     ],
 )
-def test_lengths_that_are_none_are_refused(make, message):
+def test_invalid_lengths_are_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
 
@@ -302,7 +302,7 @@ def test_lengths_that_are_none_are_refused(make, message):
 # Boundary values
 
 
-def test_solids_have_no_edge_of_nothing():
+def test_solids_with_a_zero_edge_are_refused():
     for make in (kr.Bodies.ellipsoid, kr.Bodies.cuboid):
         for half in ([[1.0, 1.0, 0.0]], [[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]]):
             with pytest.raises(ValueError, match="half"):
@@ -310,7 +310,7 @@ def test_solids_have_no_edge_of_nothing():
         assert make([[1.0, 1.0, 5e-9]], (0.0, 0.0, 0.5), mass=1.0).shape == (1,)
 
 
-def test_tubes_may_have_no_hole_or_no_wall():
+def test_tubes_may_have_an_empty_hole_or_wall():
     many = kr.Bodies.tube([0.0, 1.0, 0.5], 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0)
     one = [kr.Body.tube(hole, 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0) for hole in (0.0, 1.0, 0.5)]
     assert np.allclose(many.moments, [body.moments for body in one], rtol=1e-15)

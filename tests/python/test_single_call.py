@@ -18,7 +18,7 @@ MOMENTUM, ATTITUDE = (0.25, -0.5, 1.5), (0.6, 0.0, 0.8, 0.0)
 
 
 class NotPlain(float):
-    """A number that only the validation in Python accepts as a time or a component."""
+    """A number that only the Python validation accepts as a time or a component."""
 
 
 def not_plain(numbers):
@@ -26,11 +26,11 @@ def not_plain(numbers):
 
 
 class OwnScene(kr.Scene):
-    """A scene of a class of the user."""
+    """A user-defined subclass of Scene."""
 
 
 def facts(path):
-    """Return all attributes of a path, with the bits of its numbers."""
+    """Return all attributes of a path, with arrays as bytes."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
     about = path.stats, path.method, path.step, path.tol, path.digits, path.want, path.start_time
@@ -40,7 +40,7 @@ def facts(path):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("want", [None, WANTED, [*WANTED]], ids=["states", "want", "list"])
 @pytest.mark.parametrize("method", ["auto", *kr.methods])
-def test_plain_times_give_the_path_of_validated_ones(method, want, sign):
+def test_plain_times_give_the_path_of_validated_times(method, want, sign):
     scene = TOP if method == "auto" else scene_for(method)
     words = words_for(method) if method != "auto" else {}
     times = [sign * t for t in TIMES]
@@ -96,13 +96,13 @@ def test_wanted_low_words_and_iterators_are_validated_in_python():
         ({"t": 1e300}, "cannot resolve"),
     ],
 )
-def test_invalid_arguments_have_their_own_messages(words, message):
+def test_invalid_arguments_have_specific_messages(words, message):
     for _ in range(2):  # nothing about them is remembered
         with pytest.raises((TypeError, ValueError), match=message):
             kr.solve(TOP, **{"t": TIMES} | words)
 
 
-def test_a_failure_keeps_what_was_reached():
+def test_a_failure_keeps_the_states_reached():
     with pytest.raises(kr.Error) as failed:
         kr.solve(TOP, [0.5, 50.0], max_steps=3, want=["energy"])
     stopped = failed.value.path
@@ -124,7 +124,7 @@ def test_progress_is_called_at_the_end():
 @pytest.mark.parametrize("want", [None, WANTED])
 @pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
 @pytest.mark.parametrize("method", list(kr.methods))
-def test_a_run_advances_by_plain_times_as_by_validated_ones(method, back, want):
+def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want):
     scene, words, sign = scene_for(method), words_for(method), -1.0 if back else 1.0
     fast, slow = (kr.start(scene, method, back=back, want=want, **words) for _ in range(2))
     for given in (0.5, [0.5, 0.75], np.array([1.0, 1.0]), 2.0, []):
@@ -198,7 +198,7 @@ def test_threads_share_requests():
     assert len(found) == 800 and set(found) == {expected}
 
 
-def test_the_core_refuses_other_arguments_than_these():
+def test_the_core_refuses_invalid_arguments():
     request, motion = request_from_arguments("taylor"), kr.start(TOP)._top
     for call in (request.solve, motion.advance, motion.reset):
         with pytest.raises(TypeError, match="takes"):

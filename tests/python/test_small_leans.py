@@ -1,6 +1,6 @@
-"""Tops released at a tiny tilt from their unstable upright position keep this tilt exactly.
+"""Tops released at a tiny tilt from unstable upright equilibrium: the tilt is not rounded away.
 
-The result must not depend on the order in which the axes of the body are named.
+The result must not depend on the order in which the body's axes are given.
 """
 
 import kreisel as kr
@@ -23,7 +23,7 @@ def permute_axes(axis, moments, lever=1.0):
 
 
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.2, 0.8), (1.0, 0.8, 1.2)])
-def test_general_bodies_keep_a_lean(moments):
+def test_general_bodies_keep_a_small_tilt(moments):
     body = kr.Body(1, moments, com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-13, 3e-13, 0))
     path = kr.solve(scene, [31.0])
@@ -32,7 +32,7 @@ def test_general_bodies_keep_a_lean(moments):
     assert attitude_error(q, path.q[0]) < 1e-11
 
 
-def test_general_bodies_keep_a_lean_beyond_the_digits_of_a_double():
+def test_general_bodies_keep_a_tilt_below_double_precision():
     body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-21, 3e-21, 0))
     q, _ = Series(scene).to(51.0)
@@ -44,7 +44,7 @@ def test_general_bodies_keep_a_lean_beyond_the_digits_of_a_double():
 
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.0, 0.7), (1.0, 1.0, 1.0)])
-def test_upright_bodies_keep_a_lean_along_each_axis(axis, moments):
+def test_upright_bodies_keep_a_small_tilt_along_each_axis(axis, moments):
     scene = permute_axes(axis, moments)
     assert np.abs(np.array(turn_back(scene.attitude, (0, 0, 1)))[axis - 1]) < 1e-11
     q, _ = Series(scene).to(31.0)
@@ -59,7 +59,7 @@ def test_upright_bodies_keep_a_lean_along_each_axis(axis, moments):
 
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("method", ["strang", "blanes_moan6", "bobenko_suris", "exact", "rk4"])
-def test_methods_give_one_motion_of_a_lagrange_top_however_it_is_named(axis, method):
+def test_the_motion_does_not_depend_on_the_order_of_axes(axis, method):
     words = {} if method == "exact" else {"step": 0.0625}
     paths = [kr.solve(permute_axes(i, (1.0, 1.0, 0.7)), [31.0], method, **words) for i in (2, axis)]
     assert paths[0].nutation[0] > 0.1
@@ -67,7 +67,7 @@ def test_methods_give_one_motion_of_a_lagrange_top_however_it_is_named(axis, met
     assert kr.attitude_error(paths[0].q[0], there) < 1e-11
 
 
-def test_sections_and_tangents_keep_a_lean():
+def test_sections_and_tangents_keep_a_small_tilt():
     event = kr.events.nutation(direction=-1)
     one, other = (kr.section(permute_axes(i, (0.8, 1.0, 1.2)), event, n=1) for i in (2, 0))
     assert abs(one.t[0] - other.t[0]) < 1e-10

@@ -18,7 +18,7 @@ def test_a_tolerance_is_below_one():
     assert solve_options.parse_step(kr.methods["exact"], 0.5) is None
 
 
-def test_a_request_that_is_asked_again_is_the_same():
+def test_equal_options_share_one_request():
     one, other = (
         solve_options.parse_options(TOP, "strang", step=0.1, want=("energy",)) for _ in range(2)
     )
@@ -38,7 +38,7 @@ def test_a_request_that_is_asked_again_is_the_same():
     assert solve_options.parse_options(TOP, "taylor").state_bytes == 64
 
 
-def test_the_heading_is_left_out_where_nothing_needs_it():
+def test_the_heading_is_omitted_if_nothing_needs_it():
     def leaves_heading(method="taylor", **more):
         return solve_options.parse_options(TOP, method, **more).can_skip_heading
 

@@ -1,4 +1,4 @@
-"""Strongly damped bodies with rotors, and damping backward in time, which drives a top."""
+"""Strongly damped bodies with rotors, and damping backward in time, which adds energy."""
 
 import kreisel as kr
 import numpy as np
@@ -76,7 +76,7 @@ def test_a_rotor_along_the_axis_slows_the_fall():
         {"gravity": 0.0},
     ],
 )
-def test_a_top_that_damping_drives_too_far_is_refused(changes):
+def test_excessive_growth_backward_in_time_is_refused(changes):
     top = scene(1e5, **changes)
     with pytest.raises(ValueError, match="makes more turns than a double can resolve"):
         kr.solve(top, -1.0, max_steps=1000)

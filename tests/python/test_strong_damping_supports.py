@@ -112,7 +112,7 @@ def test_dense_times_streams_runs_and_resumption_agree(damping):
     assert kr.attitude_error(resumed.q[0], path.q[-1]) < 1e-14
 
 
-def test_events_on_the_way_are_found():
+def test_events_during_the_motion_are_found():
     top = scene(1e4, **BOTH)
     height = kr.solve(top, [500.0]).apex[0, 2]
     level = kr.events.crossing("apex_z", height)
@@ -130,6 +130,6 @@ def test_friction_keeps_the_short_steps():
         kr.solve(top, [1.0], max_steps=100)
 
 
-def test_damping_that_drives_a_top_back_is_refused():
+def test_growth_by_damping_backward_in_time_is_refused():
     with pytest.raises(ValueError, match="more turns than a double"):
         kr.solve(scene(1e5, **BOTH), -1.0, max_steps=1000)

@@ -1,4 +1,4 @@
-"""Executors of sweeps: threads, processes, clusters and jobs give the same parts."""
+"""Executors of sweeps: threads, processes, clusters and jobs compute the same parts."""
 
 import logging
 import multiprocessing
@@ -22,7 +22,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 @pytest.fixture(scope="module")
 def hashes(tmp_path_factory):
-    """Return the hashes of the rows that one thread computes."""
+    """Return the hashes of the rows computed by a single thread."""
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
         done = run_sweep(place / name, words, threads=1)
@@ -97,7 +97,7 @@ def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_cluster_computes_the_part_of_a_killed_worker_again(tmp_path, hashes, cluster, moment):
+def test_a_cluster_recomputes_the_part_of_a_killed_worker(tmp_path, hashes, cluster, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     cluster.run(kill_once, flag, moment)
     run_sweep(place, executor=cluster.get_executor())

@@ -1,4 +1,4 @@
-"""Files of a sweep, read by kreisel and by other tools, and sources of its tops."""
+"""Files of a sweep read by kreisel and by other tools, and sources of its tops."""
 
 import copy
 import math
@@ -152,7 +152,7 @@ def test_all_results_of_solve_are_stored(tmp_path, words):
     assert found.to_xarray()["status"].shape == (4,)
 
 
-def test_a_start_with_the_name_of_a_result_gets_a_suffix(tmp_path):
+def test_a_start_named_like_a_result_gets_a_suffix(tmp_path):
     found = run_sweep(
         tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
     )
@@ -351,7 +351,7 @@ def test_a_damping_of_one_number_applies_to_all_axes():
     ],
 )
 def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
-    """Check that a plan with very many parts is read without a loop over all part numbers."""
+    """Check that a plan with very many parts is read without a loop over all parts."""
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)
@@ -371,7 +371,7 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, 
 # Boundary values
 
 
-def test_a_file_may_consist_of_its_checksum():
+def test_a_file_may_contain_only_its_checksum():
     whole = checksum.add_checksum(bytearray(checksum.PLACEHOLDER.encode()))
     assert checksum.has_checksum(bytes(whole))
     assert not checksum.has_checksum(b"") and not checksum.has_checksum(bytes(whole[1:]))
@@ -390,6 +390,6 @@ def test_long_parameters_have_a_file_beside_the_plan():
     assert isinstance(beside, str)
 
 
-def test_a_plan_has_no_number_outside_json():
+def test_a_plan_contains_only_numbers_that_json_allows():
     with pytest.raises(ValueError, match="not JSON compliant"):
         dump_canonical({"step": math.nan})

@@ -1,4 +1,4 @@
-"""Parts of a sweep: requests for some parts, and the files and contents of each part."""
+"""Parts of a sweep: calls that request some parts, and the files and contents of each part."""
 
 import kreisel as kr
 import numpy as np
@@ -87,7 +87,7 @@ def test_a_truncated_part_is_computed_again_with_a_warning(tmp_path, size):
     assert file.read_bytes() == data and hash_rows(tmp_path) == before
 
 
-def test_a_part_may_need_at_most_the_memory(tmp_path, monkeypatch):
+def test_a_part_that_exceeds_the_memory_is_refused(tmp_path, monkeypatch):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, 40))
     words = {
         "folder": tmp_path,

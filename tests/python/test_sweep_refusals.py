@@ -1,4 +1,4 @@
-"""Invalid sweeps are refused before anything runs, and foreign files stay untouched."""
+"""Invalid sweeps raise an error before anything runs, and foreign files stay untouched."""
 
 import json
 import os
@@ -29,7 +29,7 @@ def test_a_folder_of_something_else_stays_untouched(tmp_path):
 @pytest.mark.parametrize(
     "text", ["", "{}", "[1]", "no JSON", '{"kreisel": 1}', "\xff", '{"plan": ' * 99999]
 )
-def test_a_file_that_is_no_plan_stays_untouched(tmp_path, text):
+def test_a_file_other_than_a_plan_stays_untouched(tmp_path, text):
     (tmp_path / "plan.json").write_text(text, encoding="latin-1")
     for call in (run_sweep, kr.read_sweep):
         with pytest.raises(ValueError, match=r"plan\.json is not a plan of a sweep"):
@@ -48,7 +48,7 @@ def test_a_changed_plan_is_refused(tmp_path):
 
 
 def test_a_plan_of_another_version_is_refused(tmp_path):
-    """Check that a plan with an unknown entry is refused although its hash is correct."""
+    """Check that a plan with an unknown entry is rejected although its hash is correct."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
@@ -76,7 +76,7 @@ def test_another_plan_is_refused_with_the_differences(tmp_path):
     assert before == {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
 
 
-def test_a_folder_in_the_place_of_a_part_stays_untouched(tmp_path):
+def test_a_folder_in_place_of_a_part_stays_untouched(tmp_path):
     run_sweep(tmp_path, parts=range(0))
     (tmp_path / "part-000003.parquet").mkdir()
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
@@ -138,7 +138,7 @@ def test_a_read_only_folder_raises_permission_error(tmp_path):
     assert list_files(place) == ["part-000000.parquet", "plan.json"]
 
 
-def test_a_disk_without_links_can_hold_a_plan(tmp_path, monkeypatch):
+def test_a_plan_can_be_stored_without_hard_links(tmp_path, monkeypatch):
     def none(*_):
         raise PermissionError(1, "Operation not permitted")
 
@@ -248,7 +248,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
+def test_an_unsuitable_top_is_named_with_its_index(tmp_path):
     """Check the error for an unsuitable top that is not among the tops validated with the plan."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0

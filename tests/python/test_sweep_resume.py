@@ -1,4 +1,4 @@
-"""Interrupted sweeps, damaged files, full disks: repeating the call completes the same rows."""
+"""Interrupted sweeps, damaged files and full disks: a second call completes the same rows."""
 
 import os
 import random
@@ -86,7 +86,7 @@ def test_a_killed_client_loses_at_most_a_part(tmp_path, whole_hash):
 
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
-def test_a_client_killed_while_it_writes_leaves_no_half_part(tmp_path, whole_hash, moment):
+def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, whole_hash, moment):
     with start_python(KILLED, tmp_path, moment) as run:
         assert run.wait() == -signal.SIGKILL
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
@@ -108,7 +108,7 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, whole_hash, nu
     assert hash_rows(tmp_path) == whole_hash
 
 
-def test_a_full_disk_raises_and_leaves_no_half_part(tmp_path, whole_hash):
+def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, whole_hash):
     run_sweep(tmp_path, parts=range(0))
     with start_python(FULL, tmp_path, 5000) as run:
         said, wrong = run.communicate()
@@ -123,7 +123,7 @@ def flip_bit(data, at):
     return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
 
 
-def test_each_changed_bit_is_damage(tmp_path):
+def test_every_changed_bit_is_detected(tmp_path):
     found = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
     data, folder = file.read_bytes(), found._store
@@ -150,7 +150,7 @@ def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
         assert found._store.verify_part(0) == "damaged"
 
 
-def test_damaged_parts_are_computed_again_with_a_warning(tmp_path):
+def test_damaged_parts_are_recomputed_with_a_warning(tmp_path):
     made = run_sweep(tmp_path, WATCHED)
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     before = [file.read_bytes() for file in files]
@@ -172,7 +172,7 @@ FOREIGN_BYTES += [b"\x93NUMPY of another", b"so says kreisel", b"", b"PAR1"]
 
 
 @pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
-def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
+def test_arbitrary_bytes_in_place_of_a_part_are_replaced(tmp_path, content):
     """Check that wrong bytes, such as zeros after a power failure, count as a damaged part."""
     run_sweep(tmp_path)
     file = tmp_path / "part-000002.parquet"
@@ -188,7 +188,7 @@ def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
     assert file.read_bytes() == before
 
 
-def test_parts_under_each_others_names_are_not_read(tmp_path):
+def test_swapped_parts_are_not_read(tmp_path):
     made = run_sweep(tmp_path)
     right = made["nutation_max"]
     one, two = (tmp_path / f"part-00000{i}.parquet" for i in (1, 2))
@@ -207,7 +207,7 @@ def test_parts_under_each_others_names_are_not_read(tmp_path):
     assert one.read_bytes() == first and two.read_bytes() == second
 
 
-def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
+def test_a_partial_sweep_omits_damaged_parts(tmp_path):
     made = run_sweep(tmp_path)
     whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
@@ -262,7 +262,7 @@ def test_damaged_numbers_are_not_read(tmp_path):
     assert 30 < refused < 301  # damage to a column that is not read is not noticed here
 
 
-def test_a_part_of_another_version_is_computed_again_with_a_warning(tmp_path, monkeypatch):
+def test_a_part_of_another_version_is_recomputed_with_a_warning(tmp_path, monkeypatch):
     run_sweep(tmp_path)
     before = (tmp_path / "part-000001.parquet").read_bytes()
     with monkeypatch.context() as old:
@@ -278,7 +278,7 @@ def test_a_part_of_another_version_is_computed_again_with_a_warning(tmp_path, mo
     assert (tmp_path / "part-000001.parquet").read_bytes() == before
 
 
-def test_two_sweeps_of_one_folder_do_not_interfere(tmp_path, whole_hash):
+def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, whole_hash):
     runs = [
         start_python("import sys; from sweeps import run_sweep; run_sweep(sys.argv[1])", tmp_path)
         for _ in range(2)
@@ -288,7 +288,7 @@ def test_two_sweeps_of_one_folder_do_not_interfere(tmp_path, whole_hash):
     assert hash_rows(tmp_path) == whole_hash and sorted(os.listdir(tmp_path))[-1] == "plan.json"
 
 
-def test_two_threads_may_begin_one_sweep(tmp_path, whole_hash):
+def test_two_threads_may_start_one_sweep(tmp_path, whole_hash):
     with ThreadPoolExecutor(4) as pool:
         for done in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
             assert done.missing == []

@@ -23,7 +23,7 @@ CASES = [
 
 
 def step_from(scene, name, step, turned, pushed):
-    """Return the state after a step from a start with perturbed attitude and momentum."""
+    """Return the state after one step from a perturbed attitude and momentum."""
     angle = np.linalg.norm(turned)
     small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
     attitude = quaternion.multiply(small, scene.attitude)
@@ -57,7 +57,7 @@ def defect(scene, name, step):
 
 
 @pytest.mark.parametrize("name, body", CASES)
-def test_a_symplectic_method_keeps_the_form(name, body):
+def test_symplectic_methods_preserve_the_symplectic_form(name, body):
     scene, step = BODIES[body], 0.2
     change = defect(scene, name, step)
     if kr.methods[name].symplectic:
@@ -66,8 +66,8 @@ def test_a_symplectic_method_keeps_the_form(name, body):
         assert change > 1e-8 or not np.isfinite(change)
 
 
-def test_bobenko_suris4_keeps_the_form_along_orbits_only():
-    """Check that variations across the orbit change the symplectic form at order 7."""
+def test_bobenko_suris4_preserves_the_form_only_along_orbits():
+    """Check that variations transverse to the orbit change the symplectic form at order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

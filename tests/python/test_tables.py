@@ -26,7 +26,7 @@ def path():
     return kr.solve(TOP, TIMES)
 
 
-def test_states_in_a_table_of_pandas(path):
+def test_states_in_a_pandas_table(path):
     table = path.to_pandas()
     assert table.index.name == "t" and list(table) == STATE
     assert np.array_equal(table.index, path.t)
@@ -38,7 +38,7 @@ def test_states_in_a_table_of_pandas(path):
 
 
 @pytest.mark.parametrize("name", RECORDABLE)
-def test_each_quantity_in_tables_of_its_components(name, path):
+def test_every_quantity_has_a_column_per_component(name, path):
     table, data = path.to_pandas(name), path.to_xarray(name)
     values, quantity = getattr(path, name), RECORDABLE[name]
     assert list(table) == quantity.components
@@ -49,7 +49,7 @@ def test_each_quantity_in_tables_of_its_components(name, path):
     assert set(data[name].attrs["units"]) <= set("MLT^-0123456789 rad")
 
 
-def test_quantities_of_a_table_are_named(path):
+def test_unknown_quantities_of_a_table_are_named(path):
     assert list(path.to_pandas("energy", "t", "spin", "energy")) == ["energy", "spin"]
     data = path.to_xarray("frame", "apex", "q", "nutation")
     assert data["frame"].dims == ("time", "principal_axis", "axis")
@@ -69,7 +69,7 @@ def test_quantities_of_a_table_are_named(path):
     ],
 )
 @pytest.mark.parametrize("times", [[], [1.0], [-1.0, -2.0]])
-def test_a_table_has_what_the_path_keeps(words, names, times, tmp_path):
+def test_a_table_contains_the_recorded_quantities(words, names, times, tmp_path):
     path = kr.solve(TOP, times, **words)
     data, table = path.to_xarray(), path.to_pandas()
     assert list(data.data_vars) == names and data.sizes["time"] == len(table) == len(times)
@@ -125,14 +125,14 @@ def test_csv_has_units_where_asked(path, tmp_path):
         ([], {"unwrap": 1}, TypeError, "unwrap must be True or False"),
     ],
 )
-def test_what_is_no_table_is_refused(way, names, words, kind, message, path, tmp_path):
+def test_invalid_tables_are_refused(way, names, words, kind, message, path, tmp_path):
     file = [tmp_path / "table.csv"] if way == "to_csv" else []
     with pytest.raises(kind, match=message):
         getattr(path, way)(*file, *names, **words)
     assert not any(tmp_path.iterdir())
 
 
-def test_what_was_not_wanted_is_in_no_table():
+def test_tables_refuse_quantities_that_were_not_wanted():
     path = kr.solve(TOP, 1.0, want=("energy",))
     with pytest.raises(AttributeError, match="add 'nutation' to want"):
         path.to_pandas("nutation")
@@ -140,7 +140,7 @@ def test_what_was_not_wanted_is_in_no_table():
         path.euler()
 
 
-def test_euler_angles_turn_the_body_to_where_it_is():
+def test_euler_angles_reproduce_the_attitude():
     body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # a body whose apex is its third axis
     path = kr.solve(kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude), TIMES)
     turned = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
@@ -149,7 +149,7 @@ def test_euler_angles_turn_the_body_to_where_it_is():
     assert np.array_equal(path.euler(degrees=True), np.degrees(path.euler()))
 
 
-def test_angles_unwrapped_have_no_jumps(path):
+def test_unwrapped_angles_have_no_jumps(path):
     jumping, smooth = path.euler(), path.euler(unwrap=True)
     assert np.abs(np.diff(jumping, axis=0)).max() > np.pi
     assert np.abs(np.diff(smooth, axis=0)).max() < np.pi
@@ -162,7 +162,7 @@ def test_angles_unwrapped_have_no_jumps(path):
     assert kr.solve(TOP, []).euler(unwrap=True, degrees=True).shape == (0, 3)
 
 
-def test_angles_alone_are_in_degrees(path):
+def test_only_angles_are_converted_to_degrees(path):
     angles = {name for name in QUANTITIES if path.to_xarray(name)[name].attrs["units"] == "rad"}
     assert angles == {"precession_angle", "nutation", "spin_angle"}
     for name in QUANTITIES:
@@ -171,13 +171,13 @@ def test_angles_alone_are_in_degrees(path):
         np.testing.assert_allclose(table, factor * plain, rtol=1e-15)
 
 
-def test_tables_go_to_files_of_others(path, tmp_path):
+def test_tables_survive_conversion_and_pickling(path, tmp_path):
     data = path.to_xarray("frame", "nutation")
     assert xr.Dataset.from_dict(data.to_dict()).identical(data)
     pd.testing.assert_frame_equal(pickle.loads(pickle.dumps(path.to_pandas())), path.to_pandas())
 
 
-def test_rotations_take_the_arrays_of_the_path(path):
+def test_rotations_share_the_arrays_of_the_path(path):
     turns, plain = path.rotation, Rotation.from_quat(path.q_xyzw)
     assert isinstance(turns, Rotation)
     for vectors in (path.apex, path.velocity, path.m, path.frame[:, 0], [[1, 0, 0]] * len(path)):
@@ -222,7 +222,7 @@ MISSED = {
 
 
 @pytest.mark.parametrize("library", MISSED)
-def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
+def test_missing_libraries_raise_with_an_installation_hint(library, path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
     rooms = ("kreisel._plot.", "kreisel._results.scipy_rotation")
@@ -238,7 +238,7 @@ def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
 # Boundary values
 
 
-def test_kept_vectors_name_their_components():
+def test_reduced_vectors_name_their_components():
     pytest.importorskip("xarray")
     kept = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
     (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
@@ -246,7 +246,7 @@ def test_kept_vectors_name_their_components():
     assert kept[inner].values.tolist() == ["x", "y", "z"]
 
 
-def test_tables_of_tops_in_a_row_have_the_times_of_each():
+def test_tables_of_ensembles_have_the_times_of_each_top():
     pytest.importorskip("xarray")
     tops = THESIS.vary(spin=[1.0, 2.0, 3.0])
     own = np.arange(6.0).reshape(3, 2)

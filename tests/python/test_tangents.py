@@ -13,14 +13,14 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the rotation vector in the body, and the change of momentum, between two path ends."""
+    """Return the body-frame rotation vector and the momentum change between two path ends."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
 
 
 def neighbours(scene, word, value, axis):
-    """Return the derivative with respect to a component of `word`, from runs with 30 digits.
+    """Return the derivative with respect to a component of `word`, from 30-digit runs.
 
     The differences are improved by Richardson extrapolation.
     """
@@ -37,7 +37,7 @@ def neighbours(scene, word, value, axis):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_tangents_are_the_differences_of_runs_with_30_digits(name):
+def test_tangents_agree_with_differences_of_runs_with_30_digits(name):
     scene = getattr(kr.scenes, name)
     fine = kr.solve(scene, [0.0, T], digits=30, tangents=ALL).tangents[1]
     columns = [(3 + i, "momentum", m, i) for i, m in enumerate(scene.momentum)]
@@ -62,7 +62,7 @@ def matrix(q):
 def form(path, i):
     """Return the matrix of the symplectic form at state `i` of a path.
 
-    The form applies to rotation vectors in the body and momenta in space.
+    The form acts on rotation vectors in the body frame and momenta in the space frame.
     """
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]
@@ -72,14 +72,14 @@ def form(path, i):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_tangents_keep_the_symplectic_form(name):
+def test_tangents_preserve_the_symplectic_form(name):
     path = kr.solve(getattr(kr.scenes, name), [0.0, T], digits=20, tangents="start")
     phi = path.tangents[1]
     size = np.abs(phi.T) @ np.abs(form(path, 1)) @ np.abs(phi)
     assert np.all(np.abs(phi.T @ form(path, 1) @ phi - form(path, 0)) <= 1e-13 * (1.0 + size))
 
 
-def test_the_path_keeps_its_bits_and_carries_its_tangents():
+def test_tangents_do_not_change_the_path():
     scene, t = kr.scenes.asymmetric, [-1.0, -2.0, -4.0]
     path = kr.solve(scene, t, tangents=["gravity", "start"])
     assert np.array_equal(path.states, kr.solve(scene, t, "taylor").states)
@@ -95,7 +95,7 @@ def test_the_path_keeps_its_bits_and_carries_its_tangents():
     assert np.abs(back @ path.tangents[2, :, :6] - np.eye(6)).max() < 1e-12
 
 
-def test_conditioning_is_how_far_roundings_move_the_attitude():
+def test_conditioning_is_the_effect_of_rounding_errors_on_the_attitude():
     scene, t = kr.scenes.asymmetric, [10.0, 40.0]
     path = kr.solve(scene, t, tangents=ALL)
     up = np.nextafter(scene.momentum, np.inf).tolist()
@@ -112,7 +112,7 @@ def test_conditioning_is_how_far_roundings_move_the_attitude():
     assert start.conditioning == pytest.approx([6.0 * 2.0**-53], rel=1e-12)
 
 
-def test_what_has_no_tangents_says_so():
+def test_requests_without_tangents_are_refused():
     scene, every = kr.scenes.thesis, {"tangents": "start"}
     with pytest.raises(ValueError, match="'strang' computes no tangents"):
         kr.solve(scene, 1.0, "strang", step=0.1, **every)
@@ -165,7 +165,7 @@ PAIRS = {
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-def test_tangents_go_with_each_word_or_it_is_refused_by_name(pair):
+def test_tangents_accept_or_refuse_every_other_argument(pair):
     call, comes = PAIRS[pair]
     if isinstance(comes, tuple):
         assert call().tangents.shape == comes
@@ -187,7 +187,7 @@ def test_a_saved_path_keeps_its_tangents(tmp_path):
     assert np.array_equal(kr.load(tmp_path / "path").tangents, path.tangents[:1])
 
 
-def test_a_tangent_beyond_doubles_ends_the_run_with_its_path():
+def test_an_overflowing_tangent_ends_the_run_with_its_path():
     top = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0))
     with pytest.raises(kr.Error, match="a tangent exceeded") as caught:
         kr.solve(top, np.arange(0.0, 4000.0, 10.0), tangents="start")

@@ -12,7 +12,7 @@ BODY = kr.Body(1.2, (1.3, 1.7, 2.1), (0.1, -0.2, 0.4))
 
 
 def quotient(change, t):
-    """Return the central difference of (rotation vector, momentum) at the time t."""
+    """Return the central difference of (rotation vector, momentum) at time `t`."""
     ahead, behind = (kr.solve(change(e), [t], "taylor", digits=30) for e in (STEP, -STEP))
     q = ((ahead.q - behind.q) + (ahead.q_low - behind.q_low))[-1] / (2 * STEP)
     m = ((ahead.m - behind.m) + (ahead.m_low - behind.m_low))[-1] / (2 * STEP)
@@ -21,7 +21,7 @@ def quotient(change, t):
 
 
 def changes_of(scene):
-    """Return functions of a change of one number at fixed momentum, by the name of the column."""
+    """Return {column: function}, where each function changes one number at fixed momentum."""
 
     def by_body(name, i):
         words = {"moments": scene.body.moments, "com": scene.body.com}
@@ -61,7 +61,7 @@ def check_tangents(scene, t, **options):
 
 @pytest.mark.parametrize("friction", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("words", [{}, MOVED], ids=["rest", "moved"])
-def test_tangents_equal_differences(friction, words):
+def test_tangents_agree_with_differences(friction, words):
     scene = kr.Scene(BODY, gravity=1.3, body_velocity=(0.4, 0.3, 1.0), friction=friction, **words)
     for t in (0.5, 4.0):
         check_tangents(scene, t)
@@ -89,7 +89,7 @@ def test_the_spin_of_a_symmetric_top_in_closed_form():
     assert np.abs(path.derivative("spin")[1]).max() < 1e-10
 
 
-def test_a_held_top_takes_no_spin():
+def test_friction_at_rest_keeps_the_spin_tangent_at_zero():
     top = kr.Scene(
         LAGRANGE, gravity=1.3, attitude=(0.6, 0.8, 0.0, 0.0), momentum=(0, 0, 0), friction=0.2
     )

@@ -9,7 +9,7 @@ from tops import GENERAL
 
 
 def angle(a, b):
-    """Return the angle between the last attitudes of two paths, to full precision."""
+    """Return the angle between the final attitudes of two paths, to full precision."""
     p, q = (
         [
             Fraction(float(x)) + Fraction(float(y))
@@ -24,7 +24,7 @@ def angle(a, b):
     return 2 * float(sum(x * x for x in vec)) ** 0.5
 
 
-def test_digits_are_what_they_say():
+def test_runs_are_accurate_to_the_requested_digits():
     plain, twenty, thirty = (kr.solve(GENERAL, 10, digits=digits) for digits in (16, 20, 30))
     assert 1e-17 < angle(plain, thirty) < 1e-13
     assert 1e-23 < angle(twenty, thirty) < 1e-18
@@ -66,7 +66,7 @@ def test_sixteen_digits_are_the_default():
         ),
     ],
 )
-def test_wrong_digits_are_refused(how, error, message):
+def test_invalid_digits_are_refused(how, error, message):
     with pytest.raises(error, match=message):
         kr.solve(GENERAL, 1, **how)
 
@@ -81,7 +81,7 @@ def test_wrong_digits_are_refused(how, error, message):
         ({"method": "strang", "step": 0.01}, 1e-7, 1e-2),
     ],
 )
-def test_a_path_knows_its_error(how, low, high):
+def test_a_path_estimates_its_error(how, low, high):
     path = kr.solve(GENERAL, [1, 5, 10], **how)
     assert low < path.error < high
     if path.digits != 30:
@@ -89,26 +89,26 @@ def test_a_path_knows_its_error(how, low, high):
         assert path.error == pytest.approx(angle(path, truth), rel=1e-3)
 
 
-def test_no_time_makes_no_error():
+def test_paths_of_zero_duration_have_no_error():
     assert kr.solve(GENERAL, []).error == 0.0
     assert kr.solve(GENERAL, [0.0]).error < 1e-15
 
 
-def test_looks_cost_no_steps_and_change_nothing():
+def test_dense_output_needs_no_extra_steps():
     many, one = kr.solve(GENERAL, np.linspace(0, 10, 5001)), kr.solve(GENERAL, 10)
     assert many.stats == one.stats and many.stats.steps < 30
     assert np.array_equal(many.states[-1], one.states[-1])
     assert np.ptp(many.energy) < 1e-14 * many.kinetic.max()
 
 
-def test_the_way_back_in_time_leads_to_the_start():
+def test_integration_backward_returns_to_the_start():
     for digits, bound in ((16, 1e-12), (20, 1e-12)):
         there = kr.solve(GENERAL, 8, digits=digits)
         back = kr.solve(there.end, -8, digits=digits)
         assert kr.attitude_error(back.q[-1], GENERAL.attitude) < bound
 
 
-def test_compare_takes_twenty_digits_for_the_truth():
+def test_compare_uses_twenty_digits_for_the_reference():
     table = kr.compare(GENERAL, 10, ["taylor"], tols=[1e-6, 1e-12], repeats=1)
     assert [
         row.attitude_error < bound for row, bound in zip(table, (1e-4, 1e-10), strict=True)
@@ -116,14 +116,14 @@ def test_compare_takes_twenty_digits_for_the_truth():
     assert table[1].attitude_error > 0
 
 
-def test_a_limit_keeps_the_low_words():
+def test_max_steps_keeps_the_low_words():
     with pytest.raises(kr.Error) as failure:
         kr.solve(GENERAL, [1, 2, 50], digits=30, max_steps=5)
     path = failure.value.path
     assert len(path) == len(path.q_low) >= 2 and path.q_low[-1].any()
 
 
-def test_auto_asked_for_digits_is_the_method_that_has_them():
+def test_auto_with_digits_chooses_a_method_that_supports_them():
     path = kr.solve(kr.scenes.thesis, 2, digits=30)
     assert path.method == "taylor" and path.q_low.any()
 

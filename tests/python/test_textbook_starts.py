@@ -26,7 +26,7 @@ def angles_of(scene, t=0.0):
 # Euler's angles
 
 
-def test_the_attitude_is_that_of_scipy():
+def test_the_attitude_agrees_with_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     scene = kr.Scene.from_euler(CONE, ANGLES)
     expected = Rotation.from_euler("ZXZ", ANGLES).as_matrix()
@@ -36,21 +36,21 @@ def test_the_attitude_is_that_of_scipy():
 
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), CONE.turn((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
-def test_paths_begin_with_these_angles(body, angles):
+def test_paths_start_with_the_given_angles(body, angles):
     """Check the initial Euler angles of bodies with the apex along the third axis and elsewhere."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 
 
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), WATER])
-def test_the_angles_begin_with_these_rates(body):
+def test_paths_start_with_the_given_rates(body):
     scene = kr.Scene.from_euler(body, ANGLES, RATES, gravity=2.0)
     h = 1e-4
     before, after = (np.array(angles_of(scene, t)) for t in (-h, h))
     np.testing.assert_allclose((after - before) / (2 * h), RATES, atol=2e-6)
 
 
-def test_degrees_are_said_by_name():
+def test_degrees_is_a_keyword_argument():
     there = kr.Scene.from_euler(CONE, np.degrees(ANGLES), np.degrees(RATES), degrees=True)
     here = kr.Scene.from_euler(CONE, ANGLES, RATES)
     np.testing.assert_allclose(there.attitude, here.attitude, atol=1e-15)
@@ -69,7 +69,7 @@ def test_degrees_are_said_by_name():
         ({"gravity": "g"}, TypeError, "gravity must be a number"),
     ],
 )
-def test_angles_that_are_none_are_refused(words, exception, message):
+def test_invalid_angles_are_refused(words, exception, message):
     with pytest.raises(exception, match=message):
         kr.Scene.from_euler(**{"body": CONE, "angles": ANGLES, **words})
 
@@ -77,7 +77,7 @@ def test_angles_that_are_none_are_refused(words, exception, message):
 # Attitudes
 
 
-def test_an_attitude_may_be_a_rotation_of_scipy():
+def test_an_attitude_may_be_given_by_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     w, x, y, z = TILT
     rotation = Rotation.from_quat((x, y, z, w))
@@ -90,7 +90,7 @@ def test_an_attitude_may_be_a_rotation_of_scipy():
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float16])
-def test_an_attitude_in_single_precision_is_made_unit_in_double(dtype):
+def test_a_single_precision_attitude_is_normalized_in_double(dtype):
     rng = np.random.default_rng(5)
     for _ in range(50):
         q = rng.normal(size=4).astype(dtype)
@@ -120,7 +120,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
 
 
 def rate_of(scene):
-    """Return the precession rate: (angular velocity across the axis) / (sine of the tilt)."""
+    """Return the precession rate: (angular velocity transverse to the axis) / sin(tilt)."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
     across = velocity - (velocity @ apex) * apex
@@ -140,7 +140,7 @@ def test_slow_and_fast_are_the_roots_of_the_quadratic(spin, tilt):
     assert rate_of(fast) == pytest.approx(TORQUE / a / root, rel=1e-13, abs=rounding)
 
 
-def test_on_a_level_axis_the_slow_one_is_exact():
+def test_slow_precession_of_a_horizontal_axis_is_exact():
     scene = kr.Scene.spinning(CONE, 60.0, math.pi / 2, steady=True, gravity=9.81)
     assert rate_of(scene) == pytest.approx(TORQUE / (I3 * 60.0), rel=1e-13)
     level = {"tilt": 90, "degrees": True, "steady": True, "gravity": 9.81}
@@ -150,7 +150,7 @@ def test_on_a_level_axis_the_slow_one_is_exact():
         kr.Scene.spinning(CONE, 0.0, **level)
 
 
-def test_without_spin_it_is_the_conical_pendulum():
+def test_without_spin_steady_precession_is_the_conical_pendulum():
     scene = kr.Scene.spinning(CONE, 0.0, 2.5, steady=True, gravity=9.81)
     path = kr.solve(scene, 5)
     assert abs(path.nutation - 2.5).max() < 1e-13
@@ -159,7 +159,7 @@ def test_without_spin_it_is_the_conical_pendulum():
 
 @pytest.mark.parametrize("gravity, tilt", [(9.81, 1.0), (9.81, 0.1), (-9.81, 2.0)])
 @pytest.mark.parametrize("degrees", [False, True])
-def test_the_least_spin_is_told_and_does(gravity, tilt, degrees):
+def test_the_reported_least_spin_allows_steady_precession(gravity, tilt, degrees):
     words = {"tilt": np.degrees(tilt) if degrees else tilt, "gravity": gravity}
     words |= {"degrees": degrees, "steady": True}
     with pytest.raises(ValueError, match="no steady precession at this tilt") as caught:
@@ -188,7 +188,7 @@ def test_at_a_pole_every_spin_is_steady(tilt, gravity, spin):
 # Spinning
 
 
-def test_spinning_lets_go_or_pushes_along():
+def test_spinning_starts_with_or_without_precession():
     free = kr.Scene.spinning(CONE, 30.0, 1.0, gravity=9.81)
     path = kr.solve(free, 1)
     np.testing.assert_allclose(path.velocity[0], 30.0 * path.apex[0], atol=1e-13)
@@ -212,7 +212,7 @@ def test_spinning_lets_go_or_pushes_along():
         kr.Body(1, (2, 2, 1), (0, 0, 0)),
     ],
 )
-def test_the_axis_may_lie_anywhere(body):
+def test_the_axis_may_have_any_direction(body):
     path = kr.solve(kr.Scene.spinning(body, 30.0, 0.6, steady=True), 3)
     assert abs(path.nutation - 0.6).max() < 1e-12 and abs(path.spin - 30.0).max() < 1e-12
 
@@ -242,7 +242,7 @@ def test_the_axis_may_lie_anywhere(body):
         ({"steady": True, "gravity": (0, 0, -1)}, TypeError, "positive is down"),
     ],
 )
-def test_spinning_refuses(words, exception, message):
+def test_spinning_refuses_invalid_arguments(words, exception, message):
     with pytest.raises(exception, match=message):
         kr.Scene.spinning(**{"body": CONE, "spin": 3.0, "tilt": 0.3, **words})
 
@@ -260,7 +260,7 @@ def test_textbook_starts_may_be_damped():
 # Boundary values
 
 
-def test_tops_may_lean_by_up_to_half_a_turn():
+def test_the_tilt_is_at_most_half_a_turn():
     body = THESIS.body
     told = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True)
     many = kr.Ensemble.spinning(body, tilt=[0.5, math.pi], spin=10.0, steady=True)
@@ -271,7 +271,7 @@ def test_tops_may_lean_by_up_to_half_a_turn():
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
-def test_what_counts_as_symmetric_does_not_depend_on_the_units(scale):
+def test_symmetry_does_not_depend_on_the_units(scale):
     moments = np.array([1.0, 1.0 + 1e-11, 0.5]) * scale
     far = 0.5 * scale**0.5
     unlike = kr.Body(1.0, tuple(moments), (0, 0, far))
@@ -287,7 +287,7 @@ def test_what_counts_as_symmetric_does_not_depend_on_the_units(scale):
         kr.rod(path)
 
 
-def test_bodies_alike_about_their_axes_precess_steadily_one_by_one():
+def test_steady_precessions_of_symmetric_ensembles_equal_single_ones():
     bodies = [kr.Body(1.0, (4.0, 4.0, c), (0, 0, z)) for c, z in ((3.0, 1.0), (2.0, -0.5))]
     many = kr.Ensemble.of([THESIS.replace(body=body) for body in bodies]).body
     made = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)

@@ -1,4 +1,4 @@
-"""Times of a run as lists, grids and iterators: their order, number and memory."""
+"""Times of a run as lists, grids and iterators: order, number and memory use."""
 
 import math
 
@@ -11,7 +11,7 @@ TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
-def test_steps_can_be_counted_up_to_an_edge():
+def test_the_number_of_steps_is_limited():
     edge = 2.0**53
     assert times._count_steps(edge - 2.0, 1.0) == 2**53 - 2
     for end in (edge, -edge):
@@ -34,7 +34,7 @@ def test_steps_can_be_counted_up_to_an_edge():
     ]
 
 
-def test_a_top_turns_up_to_an_edge():
+def test_the_rotation_of_a_top_is_limited():
     end = 2.0**53 / TOP._rate_estimate
     times.check_horizon(TOP, 0.999999 * end, None)
     for far in (1.000001 * end, -1.000001 * end):
@@ -42,7 +42,7 @@ def test_a_top_turns_up_to_an_edge():
             times.check_horizon(TOP, far, None)
 
 
-def test_a_grid_has_what_fits():
+def test_a_time_grid_contains_the_steps_up_to_its_end():
     def grid(end, every=1, step=0.1):
         return times.time_array(end, step, every).round(12).tolist()
 
@@ -55,7 +55,7 @@ def test_a_grid_has_what_fits():
     )
 
 
-def test_memory_on_the_edge(monkeypatch):
+def test_memory_is_checked_to_the_byte(monkeypatch):
     for module in (times, ensemble_options):
         monkeypatch.setattr(module, "total_memory", lambda: 7200)
     times.check_memory(100, 72)
@@ -83,12 +83,12 @@ def test_memory_on_the_edge(monkeypatch):
         ([-1.0, -2.0, -1.5], r"t\[2\] = -1\.5 goes back from t\[1\] = -2\.0"),
     ],
 )
-def test_times_that_go_back_are_named(given, said):
+def test_decreasing_times_are_named(given, said):
     with pytest.raises(ValueError, match=said):
         times.time_array(given, None, None)
 
 
-def test_times_that_go_back_from_where_a_run_stands_are_named():
+def test_times_before_the_time_of_a_run_are_named():
     for sign in (1, -1):
         run = kr.start(TOP, back=sign < 0)
         run.to([sign * 1.0])
@@ -100,7 +100,7 @@ def test_times_that_go_back_from_where_a_run_stands_are_named():
     assert times.time_array([0.0, 0.0], None, None).tolist() == [0.0, 0.0]
 
 
-def test_own_times_of_a_top_that_go_back_are_named(monkeypatch):
+def test_decreasing_times_of_one_top_are_named(monkeypatch):
     monkeypatch.setattr(ensemble_options, "_MAX_ROWS", 4)
     own = np.array([[[1.0, 2.0]] * 3] * 2)
     own[1, 2] = 2.0, 1.0
@@ -113,7 +113,7 @@ def test_own_times_of_a_top_that_go_back_are_named(monkeypatch):
     assert np.array_equal(kr.solve(MANY, own).t, own)
 
 
-def test_pieces_are_of_the_size_that_is_asked_for():
+def test_chunks_have_the_requested_size():
     def sizes(t, size, **more):
         words = {"step": 0.1, "every": 1, "after": None, **more}
         return [piece.round(12).tolist() for piece in times.time_chunks(t, size=size, **words)]
@@ -132,7 +132,7 @@ def test_pieces_are_of_the_size_that_is_asked_for():
     assert [next(endless).tolist() for _ in range(2)] == [[0.0, -1.0, -2.0], [-3.0, -4.0, -5.0]]
 
 
-def test_the_way_back_is_told_by_the_first_time_that_is_not_the_start():
+def test_the_first_nonzero_time_determines_the_direction():
     for t, back in (
         (0.0, False),
         (-1.0, True),
@@ -149,13 +149,13 @@ def test_the_way_back_is_told_by_the_first_time_that_is_not_the_start():
         assert told is back and list(t) == given
 
 
-def test_rows_of_times_from_an_iterator_that_begin_with_the_start_lead_on():
+def test_iterated_rows_of_times_may_begin_with_the_start():
     told, _ = times.parse_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
     assert told is False
     assert times.parse_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
-def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
+def test_unknown_memory_size_counts_as_enough(monkeypatch):
     def silent(name):
         raise ValueError(name)
 
@@ -165,7 +165,7 @@ def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
     assert times.total_memory() == 12288
 
 
-def test_a_top_may_be_as_fast_as_it_likes_where_no_time_is_asked_for():
+def test_empty_times_allow_any_angular_velocity():
     fast = THESIS.replace(momentum=(0, 0, 1e18))
     for more in ({}, {"tangents": "start"}):
         assert len(kr.solve(fast, [], **more)) == 0

@@ -11,7 +11,7 @@ GOOD = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 1]\n"
 
 
 @pytest.mark.parametrize("scale", [1e-40, 1, 1e40])
-def test_toml_keeps_every_bit(scale, tmp_path):
+def test_toml_preserves_every_bit(scale, tmp_path):
     body = kr.Body.cuboid(
         half=np.array((0.6, 0.8, 1)) * scale, pivot=np.array((0.1, -0.2, -1)) * scale
     )
@@ -46,7 +46,7 @@ def test_toml_keeps_every_bit(scale, tmp_path):
         ),
     ],
 )
-def test_toml_takes_the_words_of_the_constructors(body, expected, tmp_path):
+def test_toml_accepts_the_arguments_of_the_constructors(body, expected, tmp_path):
     file = tmp_path / "top.toml"
     file.write_text(f"body_velocity = [0, 0.1, 2]\nattitude_xyzw = [0, 0, 1, 0]\n[body]\n{body}\n")
     assert kr.Scene.from_toml(file) == kr.Scene(
@@ -83,7 +83,7 @@ def test_toml_takes_the_words_of_the_constructors(body, expected, tmp_path):
         ("momentum = [0, 0, 1\n", ValueError, "Unclosed array"),
     ],
 )
-def test_toml_that_is_wrong_is_refused(text, exception, message, tmp_path):
+def test_invalid_toml_is_refused(text, exception, message, tmp_path):
     file = tmp_path / "top.toml"
     file.write_text(text)
     with pytest.raises(exception, match=f"top.toml: .*{message}"):
@@ -160,13 +160,13 @@ def test_a_text_is_a_scene_like_a_file(body, expected, tmp_path):
         ),
     ],
 )
-def test_starts_have_their_table_too(start, expected):
+def test_starts_have_a_table(start, expected):
     body = kr.Body.cone(1, 2, (0, 0, 0), mass=3)
     words = "radius = 1\nheight = 2\npivot = [0, 0, 0]\nmass = 3\n"
     assert kr.Scene.from_toml(f"{start}\n[body.cone]\n{words}") == expected(body)
 
 
-def test_a_mark_before_the_text_is_none_of_it(tmp_path):
+def test_a_byte_order_mark_is_ignored(tmp_path):
     text = "momentum = [0, 0, 1]\n" + GOOD
     file = tmp_path / "notepad.toml"
     file.write_text(text, encoding="utf-8-sig")
@@ -226,12 +226,12 @@ def test_a_mark_before_the_text_is_none_of_it(tmp_path):
         ("momentum = [0, 0, 1\n", ValueError, "Unclosed array"),
     ],
 )
-def test_a_text_that_is_wrong_is_refused(text, exception, message):
+def test_invalid_text_is_refused(text, exception, message):
     with pytest.raises(exception, match=message):
         kr.Scene.from_toml(text)
 
 
-def test_a_line_is_the_name_of_a_file():
+def test_a_single_line_is_a_file_name():
     with pytest.raises(FileNotFoundError):
         kr.Scene.from_toml("momentum = [0, 0, 1]")
 
@@ -239,7 +239,7 @@ def test_a_line_is_the_name_of_a_file():
 # Boundary values
 
 
-def test_a_scene_may_be_so_long(tmp_path):
+def test_the_length_of_a_scene_is_limited(tmp_path):
     text = THESIS.to_toml()
     for over in (0, 1):
         file = tmp_path / "scene.toml"

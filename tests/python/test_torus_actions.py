@@ -31,7 +31,7 @@ def energy(scene):
 
 
 def slope(function, scene, change):
-    """Return the derivative of a function of a scene, to fourth order in the change."""
+    """Return the derivative of a function of a scene, with fourth-order central differences."""
 
     def at(factor):
         h = STEP * factor
@@ -52,7 +52,7 @@ def test_frequencies_are_derivatives_of_the_energy_by_the_actions(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_twice_the_kinetic_energy_is_on_average_the_sum_of_frequencies_times_actions(scene):
+def test_mean_twice_the_kinetic_energy_is_the_sum_of_frequencies_times_actions(scene):
     top = kr.exact(scene)
     t = np.linspace(0.0, 500.0, 10001)
     path = kr.solve(scene, t, method="taylor")
@@ -62,7 +62,7 @@ def test_twice_the_kinetic_energy_is_on_average_the_sum_of_frequencies_times_act
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_actions_are_those_of_any_state_and_any_order_of_axes(scene):
+def test_actions_do_not_depend_on_the_state_or_the_order_of_axes(scene):
     top = kr.exact(scene)
     later = top(1234.5)
     moved = scene.replace(momentum=later.m[0], attitude=later.q[0])
@@ -85,7 +85,7 @@ def test_actions_scale_with_the_unit_of_momentum(scene):
 
 
 def test_actions_of_a_small_oscillation_are_energies_divided_by_frequencies():
-    """Check a hanging Kowalewski top that swings about axis 3 at rate 1 and axis 2 at 1/sqrt 2."""
+    """Check a hanging Kowalewski top that swings about axis 3 at rate 1 and axis 2 at 1/sqrt(2)."""
     size = 1e-3
     third, second = 0.3 * size, 0.7 * size  # momenta about both axes
     hanging = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)
@@ -102,7 +102,7 @@ def test_the_third_action_is_the_vertical_momentum():
         assert kr.exact(scene).actions[2] == scene.momentum[2]
 
 
-def test_a_loop_that_no_number_of_states_resolves_has_no_action():
+def test_unresolved_loops_have_no_action():
     rng = np.random.default_rng(1)
     with pytest.raises(ValueError, match="too near to a separatrix"):
         compute_action(lambda turns: rng.normal(size=(len(turns), 8)), 0, False)

@@ -24,14 +24,14 @@ def neighbour(scene, size):
 
 
 def tangent(scene, t):
-    """Return the states at `t`, and their rotation and momentum per change of the start."""
+    """Return the states at `t`, and the derivatives of attitude and momentum along `CHANGE`."""
     path = kr.solve(scene, t, method="taylor", tangents="start")
     change = path.tangents @ np.concatenate([np.zeros(3), CHANGE])
     return path, change[:, :3], change[:, 3:]
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_are_the_differences_of_closed_forms(scene):
+def test_tangents_agree_with_differences_of_closed_forms(scene):
     t, size = [-10.0, -200.0], 1e-6
     _, _, momentum = tangent(scene, t)
     ahead, back = neighbour(scene, size)(t), neighbour(scene, -size)(t)
@@ -40,11 +40,12 @@ def test_tangents_are_the_differences_of_closed_forms(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
-    """Compare the mean square growth of the momentum, as seen from the body, with its exact value.
+def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
+    """Compare the mean square growth of the body-frame momentum with its exact value.
 
-    With the angles chi of the torus and their rates w, the momentum M(chi) of the body changes by t
-    times the sum of dw dM/dchi, apart from a bounded part. The mean square is taken over the torus.
+    Let chi be the angles on the torus and w their rates. The momentum M(chi) in the body frame
+    changes by t times the sum of dw dM/dchi, apart from a bounded part. The mean square is an
+    average over the torus.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)
@@ -67,7 +68,7 @@ def test_tangents_grow_at_the_rate_at_which_frequencies_differ(scene):
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_indicators_of_integrable_tops_are_those_of_linear_growth(scene):
+def test_indicators_of_integrable_tops_show_linear_growth(scene):
     t = np.array((2000.0, 20000.0))
     assert np.abs(kr.megno(scene, t).curve - 2.0).max() < 0.2
     exponents = kr.lyapunov(scene, t).curve

@@ -44,7 +44,7 @@ def count_turns(t, signal):
 
 
 @pytest.mark.parametrize("scene", FAR_FROM_THE_POLE)
-def test_rates_are_those_of_the_frequency_analysis(scene):
+def test_rates_agree_with_the_frequency_analysis(scene):
     path = kr.solve(scene, np.linspace(0.0, 600.0, 6001), method="taylor")
     found, seen = kr.frequencies(exact_path(scene, path.t)), kr.frequencies(path)
     assert found.exact and not seen.exact
@@ -53,7 +53,7 @@ def test_rates_are_those_of_the_frequency_analysis(scene):
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
-def test_mean_precession_is_that_of_counted_turns(scene):
+def test_mean_precession_agrees_with_counted_turns(scene):
     """Check tops for which the frequency analysis finds no mean rates.
 
     The error of the counted turns is at most a few turns, however long the path.
@@ -91,7 +91,7 @@ def test_rates_do_not_depend_on_the_start_or_the_direction_of_time(scene):
 
 
 @pytest.mark.parametrize("scene", OVER_THE_POLE)
-def test_quasi_periods_return_the_body_better_and_better(scene):
+def test_successive_quasi_periods_return_closer_to_the_start(scene):
     top = kr.exact(scene)
     rows = top.find_quasi_periods(8)
     assert rows.shape == (8, 3) and (np.diff(rows[:, 2]) > 0.0).all()

@@ -1,4 +1,4 @@
-"""Tops on turning supports, compared with SciPy, decimals and tops on supports at rest."""
+"""Tops on turning supports, compared with SciPy, decimal series and supports at rest."""
 
 import math
 import pickle
@@ -27,7 +27,7 @@ HEAVY = make_scene("general", turning=TURNING)
 
 
 def rotation(turning, t):
-    """Return the quaternion of the rotation of the support up to the time `t`."""
+    """Return the quaternion of the support's rotation up to the time `t`."""
     rate = np.linalg.norm(turning)
     return math.cos(rate * t / 2), *(math.sin(rate * t / 2) / rate * np.array(turning))
 
@@ -50,8 +50,11 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
 
 @pytest.mark.parametrize("t", [40.0, -40.0])
 @pytest.mark.parametrize("name", BODIES)
-def test_the_same_top_seen_from_rest(name, t):
-    """Compare with a support at rest, about e3 under gravity and about any axis without."""
+def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
+    """Compare with a support at rest.
+
+    The support turns about e3 under gravity, and about any axis without gravity.
+    """
     for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
         still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})
         moved = still.replace(turning=turning)
@@ -106,7 +109,7 @@ def test_the_power_balance_with_damping():
     assert path.energy[-1] - path.energy[0] == pytest.approx(integral_of(power, t), abs=1e-11)
 
 
-def test_velocities_are_those_seen_from_the_support():
+def test_velocities_are_relative_to_the_support():
     for name in ("general", "tensor"):
         body = BODIES[name]
         inertia = np.array(body.inertia)
@@ -130,7 +133,7 @@ def test_velocities_are_those_seen_from_the_support():
     assert (angles[1] - angles[0]) / t[1] == pytest.approx(0.5, abs=1e-2)
 
 
-def test_a_support_at_rest_changes_no_bit():
+def test_a_support_at_rest_does_not_change_the_path():
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         still = scene.replace(turning=(0.0, -0.0, 0.0), shaking=(0, 3.0, 1.0), friction=0)
         for method in kr.methods.values():
@@ -172,7 +175,7 @@ def test_runs_are_resumed_and_changed():
     assert np.abs(after.q[-1] - expected.q[-1]).max() < 1e-14
 
 
-def test_texts_and_archives_keep_the_turning(tmp_path):
+def test_toml_and_archives_contain_the_turning(tmp_path):
     assert kr.Scene.from_toml(HEAVY.to_toml()) == HEAVY and "turning" in repr(HEAVY)
     assert (
         "turning" not in repr(HEAVY.replace(turning=None)) + HEAVY.replace(turning=None).to_toml()
@@ -193,7 +196,7 @@ def test_tangents_agree_with_differences(digits):
         compare_tangents(scene, 2.0, unit_changes(scene, "damping"), digits)
 
 
-def test_conditioning_counts_the_turning():
+def test_conditioning_includes_the_turning():
     every = ("start", "moments", "com", "gravity", "mass", "turning")
     path = kr.solve(HEAVY, [0.0, 2.0], "taylor", tangents=every)
     assert 1e-16 < path.conditioning[-1] < 1e-13
@@ -228,7 +231,7 @@ def test_an_ensemble_chooses_the_method_of_a_single_top(name, times):
         assert np.array_equal(member.states, single.states)
 
 
-def test_whatever_does_not_know_turning_supports_says_so():
+def test_functions_without_turning_supports_refuse_them():
     path = kr.solve(HEAVY, np.linspace(0, 10, 101))
     axial = kr.Body(1, (1, 1, 0.5), (0, 0, 0.3))
     for refused in (
@@ -246,7 +249,7 @@ def test_whatever_does_not_know_turning_supports_says_so():
             refused()
 
 
-def test_refusals_name_an_alternative():
+def test_error_messages_name_an_alternative():
     upright = make_scene("lagrange", turning=ABOUT_E3)
     path = kr.solve(upright, np.linspace(0, 10, 101))
     for refused in (
@@ -269,7 +272,7 @@ def test_refusals_name_an_alternative():
             refused()
 
 
-def test_accelerations_and_derivatives_of_quantities():
+def test_accelerations_are_derivatives_of_velocities():
     weights = np.array((3, -32, 168, -672, 0, 672, -168, 32, -3)) / 840e-3
     words = {"turning": TURNING, "shaking": (0.2, 5.0, 0.3), "damping": (0.1, 0.2, 0.3)}
     for name, friction in (("tensor", 0.3), ("lagrange", 0.0)):

@@ -50,12 +50,12 @@ CHECKERS = pytest.mark.parametrize("checker", [by_mypy, by_pyright])
 
 
 @CHECKERS
-def test_a_right_script_is_clean(checker, tmp_path):
+def test_a_correct_script_has_no_type_errors(checker, tmp_path):
     assert checker(SCRIPTS / "right.py", tmp_path) == set()
 
 
 @CHECKERS
-def test_what_is_misspelt_is_caught(checker, tmp_path):
+def test_misspelt_names_are_type_errors(checker, tmp_path):
     script = SCRIPTS / "wrong.py"
     lines = enumerate(script.read_text().splitlines(), 1)
     expected = {number for number, line in lines if line.endswith("# wrong")}
@@ -72,7 +72,7 @@ def test_type_checkers_know_the_names_of_the_core():
     assert list(get_args(kr.QuantityName)) == ["t", *RECORDABLE]
 
 
-def test_the_names_are_written_as_the_tables_say():
+def test_literal_types_agree_with_the_tables():
     written = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
     assert run(ROOT / ".ci/names") == written, (
         "write it: .ci/names >python/kreisel/_utils/quantity_attributes.py"

@@ -22,7 +22,7 @@ TOLD = "no body has this inertia about the fixed point"
 
 
 def call_and_warning(make):
-    """Return the result of a call, and its only warning."""
+    """Return the result of a call and the only warning that it issues."""
     with pytest.warns(UserWarning, match=TOLD) as caught:
         made = make()
     assert len(caught) == 1
@@ -32,7 +32,7 @@ def call_and_warning(make):
 # The inertia about the centre of mass
 
 
-def test_moments_about_the_centre_of_mass_are_said_by_name():
+def test_moments_about_the_centre_of_mass_are_a_named_argument():
     body = kr.Body(0.5, inertia_about_com=CENTRAL, com=COM)
     np.testing.assert_allclose(body.moments, (0.0052, 0.0052, 1e-4), rtol=1e-15)
     assert body == kr.Body.from_com(0.5, CENTRAL, COM, (0, 0, 0)) and not body.unphysical
@@ -67,7 +67,7 @@ def test_moments_about_the_centre_of_mass_are_said_by_name():
         ({"inertia_rtol": np.nan}, ValueError, "inertia_rtol must be finite"),
     ],
 )
-def test_words_of_a_body_are_refused(words, exception, message):
+def test_invalid_arguments_of_a_body_are_refused(words, exception, message):
     with pytest.raises(exception, match=message):
         kr.Body(**{**MISTAKE, **words})
 
@@ -93,7 +93,7 @@ def test_words_of_a_body_are_refused(words, exception, message):
         ),
     ],
 )
-def test_what_no_body_can_be_is_told_where_it_is_made(make):
+def test_unphysical_bodies_warn_at_the_calling_line(make):
     body, warning = call_and_warning(make)
     assert body.unphysical and Path(warning.filename) == Path(__file__)
     with warnings.catch_warnings():
@@ -101,7 +101,7 @@ def test_what_no_body_can_be_is_told_where_it_is_made(make):
         assert dataclasses.replace(body) == body
 
 
-def test_the_message_says_what_would_be_left_and_what_to_do():
+def test_the_warning_shows_the_remaining_moments_and_a_remedy():
     _, warning = call_and_warning(lambda: kr.Body(**MISTAKE))
     said = str(warning.message)
     assert "-0.0048, -0.0048, 0.0001" in said
@@ -109,7 +109,7 @@ def test_the_message_says_what_would_be_left_and_what_to_do():
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1, 1e30])
-def test_real_bodies_are_never_told_of(scale):
+def test_physical_bodies_do_not_warn(scale):
     rng = np.random.default_rng(11)
     for _ in range(200):
         points = rng.normal(size=(rng.integers(3, 6), 3)) * scale
@@ -125,7 +125,7 @@ def test_real_bodies_are_never_told_of(scale):
         assert not body.unphysical
 
 
-def test_a_body_is_told_of_once():
+def test_a_body_warns_once():
     body, _ = call_and_warning(lambda: kr.Body(**MISTAKE))
     scene = kr.Scene(body, body_velocity=(0, 0, 30.0))
     run = kr.start(scene, "rk4", step=0.01)
@@ -155,22 +155,22 @@ def test_bodies_passed_as_unphysical_do_not_warn():
     assert dataclasses.replace(real, unphysical=True) == real
 
 
-def test_the_flag_is_kept_by_physical_bodies():
-    """Check that physical bodies keep unphysical=True, and so cause no warnings."""
+def test_physical_bodies_keep_the_flag():
+    """Check that physical bodies keep unphysical=True without warnings."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical
     assert kr.Scene.from_toml(kr.Scene(one, (0, 0, 1)).to_toml()).body.unphysical
 
 
-def test_the_named_scenes_say_it():
+def test_named_scenes_are_flagged_as_unphysical():
     ran = python("import warnings; warnings.simplefilter('error'); import kreisel")
     assert ran.returncode == 0, ran.stderr
     unphysical = [name for name in kr.scenes.about if kr.scenes.get_scene(name).body.unphysical]
     assert len(unphysical) == 10 and "dzhanibekov" not in unphysical
 
 
-def test_the_command_line_tells_in_a_line(tmp_path):
+def test_the_command_line_warns_in_one_line(tmp_path):
     file = tmp_path / "top.toml"
     file.write_text(
         "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
@@ -183,7 +183,7 @@ def test_the_command_line_tells_in_a_line(tmp_path):
 # Rounded moments
 
 
-def test_published_moments_are_taken_as_they_are():
+def test_published_moments_are_not_changed():
     body = kr.Body(1, WATER, (0, 0, 0), inertia_rtol=0.0021)
     assert body.moments == WATER and body.inertia_rtol == 0.0021 and not body.unphysical
     assert eval(repr(body), {"Body": kr.Body}) == body
@@ -202,7 +202,7 @@ def test_published_moments_are_taken_as_they_are():
 
 
 @pytest.mark.parametrize("inertia_rtol", [0, 0.002])
-def test_beyond_what_is_said_they_are_refused(inertia_rtol):
+def test_moments_beyond_the_tolerance_are_refused_with_a_hint(inertia_rtol):
     with pytest.raises(ValueError, match=re.escape("1.0 > 0.345 + 0.653")) as caught:
         kr.Body(1, WATER, (0, 0, 0), inertia_rtol=inertia_rtol)
     hint = float(re.search(r"inertia_rtol=([\d.]+) would accept it", str(caught.value))[1])
@@ -225,7 +225,7 @@ ROUNDED = [
 
 @pytest.mark.parametrize("name", kr.methods)
 @pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
-def test_every_method_moves_rounded_bodies_or_refuses(name, body):
+def test_every_method_solves_or_refuses_rounded_bodies(name, body):
     """Check that the energy is conserved, and that the attitude agrees with a 20-digit run."""
     scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
     if not kr.methods[name].suits(scene):
@@ -240,8 +240,8 @@ def test_every_method_moves_rounded_bodies_or_refuses(name, body):
     assert path.energy[0] == pytest.approx(kr.solve(scene, [0.0]).energy[0], abs=atol)
 
 
-def test_a_rounded_body_has_the_equations_of_its_moments():
-    """Compare with an independent integration of Euler's equations with these moments."""
+def test_a_rounded_body_follows_eulers_equations():
+    """Compare with an independent integration of Euler's equations for these moments."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     i1, i2, i3 = WATER
 
@@ -259,7 +259,7 @@ def test_a_rounded_body_has_the_equations_of_its_moments():
         np.testing.assert_allclose(found, true, atol=1e-9)
 
 
-def test_the_page_refuses_rounded_bodies():
+def test_the_viewer_refuses_rounded_bodies():
     with pytest.raises(ValueError, match="the viewer does not support a tolerance"):
         kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
 
@@ -267,7 +267,7 @@ def test_the_page_refuses_rounded_bodies():
 # Boundary values
 
 
-def test_what_is_rounded_is_rounded_by_less_than_all():
+def test_inertia_rtol_is_below_one():
     tensor = np.diag([2.0, 3.0, 4.0])
     assert kr.Body(1.0, tensor, (0, 0, 0), inertia_rtol=0.0).moments == (2.0, 3.0, 4.0)
     almost = kr.Body(1.0, tensor, (0, 0, 0), inertia_rtol=math.nextafter(1.0, 0.0))

@@ -19,8 +19,8 @@ from internals import view
 TOP = kr.scenes.thesis
 
 
-def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """Check that the viewer may run only its own script, and may make no requests."""
+def test_the_viewer_may_run_only_its_own_script():
+    """Check that the viewer may run only its own script and may make no network requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -33,31 +33,31 @@ def test_the_page_may_run_its_own_script_and_ask_nobody():
 
 
 @pytest.mark.parametrize("step", [0.5e-6, 0.99e-6, 2148.0, 1.5e-6, 0.0100005])
-def test_steps_that_are_no_whole_millionths_are_refused(step):
+def test_steps_other_than_whole_millionths_are_refused(step):
     with pytest.raises(ValueError, match="whole millionths"):
         kr.view(TOP, step=step, open=False)
 
 
 @pytest.mark.parametrize("step", [1e-6, 2147.0, 0.3, 2e-6])
-def test_steps_of_whole_millionths_are_taken(step):
+def test_steps_of_whole_millionths_are_accepted(step):
     assert kr.view(TOP, step=step, open=False).scene["step"] == [step]
 
 
 @pytest.mark.parametrize("name", ["auto", "gsl_rk8pd"])
-def test_methods_that_the_page_has_not_are_refused(name):
+def test_methods_missing_in_the_viewer_are_refused(name):
     if name not in ("auto", *kr.methods):
         pytest.skip("needs GSL")
     with pytest.raises(ValueError, match=f"the viewer has no '{name}'"):
         kr.view(TOP, methods=name, open=False)
 
 
-def test_no_method_and_four_are_refused():
+def test_zero_and_four_methods_are_refused():
     for names in ([], ["strang"] * 4):
         with pytest.raises(ValueError, match="one to three methods"):
             kr.view(TOP, methods=names, open=False)
 
 
-def test_what_is_left_out_is_by_the_scene():
+def test_defaults_depend_on_the_scene():
     assert kr.view(TOP, open=False).scene["methods"] == ["bobenko_suris"]
     general = kr.view(kr.scenes.asymmetric, open=False).scene
     assert (general["methods"], general["step"], general["speed"]) == (["strang"], [0.01], 1.0)
@@ -77,7 +77,7 @@ def test_what_is_left_out_is_by_the_scene():
         (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),
     ],
 )
-def test_a_path_gives_its_step(path, step):
+def test_the_step_of_a_path_is_used(path, step):
     shown = kr.view(path, open=False).scene
     assert shown["step"] == [step]
     assert shown["tracks"][0]["step"] == pytest.approx(float(path.t[1]), rel=1e-12)
@@ -117,7 +117,7 @@ class TerminalInteractiveShell:
 @pytest.mark.parametrize(
     ("shell", "pages"), [(ZMQInteractiveShell(), 0), (TerminalInteractiveShell(), 1), (None, 1)]
 )
-def test_a_notebook_shows_the_page_itself(browser_addresses, monkeypatch, shell, pages):
+def test_a_notebook_embeds_the_viewer(browser_addresses, monkeypatch, shell, pages):
     told = types.SimpleNamespace(get_ipython=lambda: shell)
     monkeypatch.setitem(sys.modules, "IPython", told)
     kr.view(TOP)
@@ -154,7 +154,7 @@ def home(tmp_path, monkeypatch):
         ([0, -0.1], False),
     ],
 )
-def test_a_page_plays_even_times_to_a_hundredth_of_a_tick(t, plays):
+def test_the_viewer_plays_times_with_even_spacing(t, plays):
     path = kr.solve(TOP, np.array(t, dtype=float), method="taylor")
     if plays:
         track = view.view(path, open=False).scene["tracks"][0]
@@ -170,7 +170,7 @@ def test_a_page_shows_up_to_three_methods(n):
     assert view.view(TOP, methods=names, open=False).scene["methods"] == names
 
 
-def test_a_page_without_a_browser_is_told_of_where_it_was_asked_for(home):
+def test_without_a_browser_the_warning_names_the_calling_line(home):
     page = view.view(TOP, open=False)
     with pytest.warns(UserWarning, match="no browser was found") as told:
         file = page.open()
@@ -188,7 +188,7 @@ def test_a_page_without_a_browser_is_told_of_where_it_was_asked_for(home):
     ]
 
 
-def test_text_of_a_scene_does_not_end_the_script(home):
+def test_text_in_a_scene_cannot_end_the_script(home):
     page = view.View({**view.view(TOP, open=False).scene, "name": "</script>"})
     assert page.html.count("</script>") == 2 and "\\u003c/script>" in page.html
 
@@ -203,7 +203,7 @@ def test_text_of_a_scene_does_not_end_the_script(home):
         ("win32", {}, "kreisel"),
     ],
 )
-def test_pages_stand_where_the_system_keeps_what_can_be_made_again(
+def test_viewers_are_saved_in_the_cache_folder_of_the_system(
     home, monkeypatch, system, words, place
 ):
     for name, value in words.items():
@@ -214,7 +214,7 @@ def test_pages_stand_where_the_system_keeps_what_can_be_made_again(
     assert found == home / place and found.is_dir()
 
 
-def test_pages_stand_in_a_temporary_folder_where_there_is_no_other(home, monkeypatch):
+def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(home, monkeypatch):
     (home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(home))
@@ -222,7 +222,7 @@ def test_pages_stand_in_a_temporary_folder_where_there_is_no_other(home, monkeyp
     assert found.parent == home and found.name.startswith("kreisel-") and found.is_dir()
 
 
-def test_an_installation_without_a_page_says_so(home):
+def test_an_installation_without_viewer_raises_an_error(home):
     os.unlink(home / "viewer.html")
     with pytest.raises(
         FileNotFoundError, match=r"without its viewer, .*viewer\.html: run `make viewer`"

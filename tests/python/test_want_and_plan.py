@@ -1,4 +1,4 @@
-"""The argument want= and the plans of kreisel.plan."""
+"""The argument `want` and the plans of kreisel.plan."""
 
 import math
 import pickle
@@ -22,7 +22,7 @@ TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
-def test_want_keeps_the_bits_of_the_whole_path(method):
+def test_want_does_not_change_the_values(method):
     scene, words = scene_for(method), words_for(method)
     names = [*RECORDABLE]
     whole, path = (
@@ -39,7 +39,7 @@ def test_want_keeps_the_bits_of_the_whole_path(method):
         _ = path.states
 
 
-def test_want_is_all_there_is():
+def test_only_wanted_quantities_are_recorded():
     path = kr.solve(TOP, 3, want=("energy", "t", "energy"))
     assert path.want == ("energy",) and path.t.tolist() == [0, 3] and path.energy.shape == (2,)
     for name in RECORDABLE.keys() - {"energy"}:
@@ -59,7 +59,7 @@ def test_want_is_all_there_is():
 
 
 @pytest.mark.parametrize("scene", [TOP, kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin])
-def test_without_heading_what_does_not_turn_is_right(scene):
+def test_quantities_without_heading_are_right(scene):
     times = np.linspace(0, 10, 300)
     names = tuple(name for name in RECORDABLE if name not in HEADING_DEPENDENT)
     path, whole = kr.solve(scene, times, want=names), kr.solve(scene, times, digits=20)
@@ -74,7 +74,7 @@ def test_without_heading_what_does_not_turn_is_right(scene):
     np.testing.assert_allclose(turning.apex, whole.apex, atol=1e-11)
 
 
-def test_want_runs_in_little_memory():
+def test_want_needs_little_memory():
     times, peaks = np.linspace(0, 10, 1_000_000), []
     for words in ({}, {"want": ("energy",)}):
         tracemalloc.start()
@@ -96,7 +96,7 @@ def test_want_runs_in_little_memory():
         ((3,), ValueError, "unknown quantity in want: '3'"),
     ],
 )
-def test_want_refuses(want, kind, message):
+def test_want_refuses_invalid_values(want, kind, message):
     for call in (
         lambda: kr.solve(TOP, 1, want=want),
         lambda: kr.plan(TOP, want=want),
@@ -115,7 +115,7 @@ def test_nutation_is_accurate_at_the_poles():
         assert kr.solve(scene, [0.0]).nutation[0] == pytest.approx(angle, abs=1e-15, rel=1e-15)
 
 
-def test_failures_keep_what_was_wanted():
+def test_failures_keep_wanted_quantities():
     failed = []
     for words in ({}, {"want": ("energy",)}):
         with pytest.raises(kr.Error) as failure:
@@ -126,7 +126,7 @@ def test_failures_keep_what_was_wanted():
     assert part.t.tolist() == whole.t.tolist() == [0.5]
 
 
-def test_geometric_keeps_what_is_wanted():
+def test_geometric_records_wanted_quantities():
     path = kr.solve(kr.scenes.thesis, 5, "geometric", error=1e-6, want=("apex",))
     assert path.want == ("apex",) and path.error < 1e-6 and path.plan.choice.target == 1e-6
 
@@ -142,7 +142,7 @@ def plan_surplus(scene, **words):
     return dict(kr.plan(scene, **words).kept)
 
 
-def test_plan_says_what_is_used():
+def test_plan_describes_method_form_and_memory():
     plan = kr.plan(TOP, want=("nutation", "energy"))
     assert plan.method == "taylor" and "general" in plan.why
     assert plan.columns == ("t", "nutation", "energy") and plan.bytes == 24
@@ -158,7 +158,7 @@ def test_plan_says_what_is_used():
     assert closed.method == "exact" and "closed form" in closed.why
 
 
-def test_plan_says_what_is_left_out():
+def test_plan_lists_omitted_computations():
     out = plan_omissions(TOP, want=("nutation", "energy"))
     assert "rotated about the vertical" in out["attitude"]
     assert "attitude" not in plan_omissions(TOP, 100) and "states in between" in plan_omissions(
@@ -173,7 +173,7 @@ def test_plan_says_what_is_left_out():
     assert "two of a drift's four turns" in turns
 
 
-def test_plan_refuses_what_solve_refuses():
+def test_plan_refuses_the_arguments_that_solve_refuses():
     with pytest.raises(ValueError, match="'geometric' chooses by trial runs"):
         kr.plan(TOP, method="geometric")
     with pytest.raises(ValueError, match="has a fixed step: give step"):
@@ -187,7 +187,7 @@ def test_plan_refuses_what_solve_refuses():
             kr.plan(TOP, **words)
 
 
-def test_plan_is_what_a_path_did():
+def test_the_plan_equals_that_of_the_path():
     for words in (
         {},
         {"want": ("energy",)},
@@ -205,7 +205,7 @@ def test_plan_is_what_a_path_did():
 
 
 @pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.splitting])
-def test_plan_says_what_a_drift_leaves_out(name):
+def test_plan_lists_omitted_rotations_of_a_drift(name):
     asymmetric, what = kr.scenes.asymmetric, "two of a drift's four turns"
     assert kr.scenes.thesis.body.is_symmetric and not asymmetric.body.is_symmetric
     assert what in plan_omissions(kr.scenes.thesis, method=name, step=0.1)
@@ -216,13 +216,13 @@ def test_plan_says_what_a_drift_leaves_out(name):
 # Boundary values
 
 
-def test_a_plan_tells_its_bytes_in_all():
+def test_a_plan_shows_its_total_size():
     plan = kr.plan(TOPS, [1.0, 2.0, 3.0], threads=2)
     assert f"3 states each: {1e-6 * plan.bytes:.3g} MB in all" in str(plan)
     assert f"about {plan.seconds:.2g} s, measured on 6 of the tops" in str(plan)
 
 
-def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
+def test_a_plan_measures_tops_at_individual_times(monkeypatch):
     seen = []
     lanes = ensemble_plan.LANES
 
@@ -237,13 +237,13 @@ def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
     np.testing.assert_array_equal(seen[0], own[at])
 
 
-def test_up_to_sixteen_digits_nothing_is_left_out_of_what_is_wanted():
+def test_low_words_are_recorded_only_for_wanted_quantities():
     assert kr.solve(TOP, [1.0], digits=16, want=["q"]).q_low.tolist() == [[0.0] * 4]
     with pytest.raises(AttributeError, match="q_low"):
         _ = kr.solve(TOP, [1.0], digits=17, want=["q"]).q_low
 
 
-def test_the_plan_keeps_an_attitude_only_where_a_method_computes_it_anyway():
+def test_the_plan_lists_the_attitude_only_for_methods_that_compute_it():
     def plan_surplus(method, want, **words):
         return dict(kr.plan(TOP, method=method, want=want, **words).kept)
 
@@ -256,7 +256,7 @@ def test_the_plan_keeps_an_attitude_only_where_a_method_computes_it_anyway():
     assert "attitude" not in dict(symmetric.kept)
 
 
-def test_the_plan_keeps_what_two_equal_moments_or_no_torque_would_save():
+def test_the_plan_lists_unused_savings_of_taylor():
     def plan_surplus(scene, **words):
         return set(dict(kr.plan(scene, method="taylor", **words).kept))
 

@@ -11,7 +11,7 @@ SIZES = ((1280, 800), (768, 1024), (390, 780))  # a desktop, a tablet and a phon
 
 @contextmanager
 def open_browser():
-    """Open Debian's chromium without windows. Skip the test if it is missing."""
+    """Open Debian's Chromium headless. Skip the test if Chromium is missing."""
     need("chromium")
     path = shutil.which("chromium")
     browser = start_playwright().chromium.launch(executable_path=path, args=["--no-sandbox"])
@@ -20,9 +20,9 @@ def open_browser():
 
 
 def list_violations(browser, address, open_folds=False, sizes=SIZES):
-    """Return the violations of the accessibility rules by a page, each with its window size.
+    """Return the accessibility violations of a page, each with the window size.
 
-    With `open_folds`, all folded parts of the page are opened before the check.
+    If `open_folds` is true, all folded sections of the page are opened before the check.
     """
     found = []
     for width, height in sizes:
@@ -36,7 +36,7 @@ def list_violations(browser, address, open_folds=False, sizes=SIZES):
 
 
 def check_page(page, case):
-    """Return the violations in the present state of a page, each with the name of its `case`."""
+    """Return the accessibility violations of the page as it is now, each with the label `case`."""
     violations = Axe().run(page).response["violations"]
     places = [[node["html"][:120] for node in each["nodes"][:3]] for each in violations]
     return [(case, each["id"], where) for each, where in zip(violations, places, strict=True)]

@@ -1,4 +1,4 @@
-"""Colours as all readers see them, for tests of charts and of the viewer.
+"""Colours as seen with and without colour blindness, for tests of charts and of the viewer.
 
 Colour vision without one kind of cones is simulated in linear RGB. Source: Machado, Oliveira and
 Fernandes, IEEE Transactions on Visualization and Computer Graphics 15 (2009), full dichromacy.

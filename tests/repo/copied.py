@@ -1,4 +1,4 @@
-"""A copy of the tree, to which tests apply the recipes of ARCHITECTURE.md."""
+"""A copy of the tree in which tests follow the recipes of ARCHITECTURE.md."""
 
 import os
 import platform
@@ -16,7 +16,7 @@ APART = [  # makes Python import the package of the copy, and not the one that r
 
 
 class House:
-    """A copy of the tree, with the files that each recipe has changed."""
+    """A copy of the tree, and the files that each recipe has changed in the copy."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -61,7 +61,7 @@ class House:
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
 
     def python(self, *lines):
-        """Return the output of a program that runs with the package of the copy."""
+        """Return the output of a Python program that imports the package of the copy."""
         program = "\n".join([*APART, *lines])
         return run(sys.executable, "-c", program, self.folder / "python", self.folder, cwd="/")
 

@@ -1,7 +1,7 @@
 """The layers of ARCHITECTURE.md, and the files that each file uses.
 
-A C file uses the files that it includes. A Python file, or a script of the viewer, uses the files
-that it imports, also inside functions.
+A C file uses the files that it includes. A Python file or a script of the viewer uses the files
+that it imports, including imports inside functions.
 """
 
 import ast
@@ -37,7 +37,7 @@ def is_ours(file):
 
 
 def layer(file, tree):
-    """Return the index of the layer that contains a file, or None if no or several layers do."""
+    """Return the index of the layer that contains a file, or None if not exactly one layer does."""
     inside = file.relative_to(ROOT / tree).as_posix()
     here = [
         number
@@ -106,7 +106,7 @@ def module(words):
 
 
 def circle(arrows):
-    """Return a cycle of files, each of which uses the next, or an empty list if there is none."""
+    """Return a cycle of files, each of which uses the next one, or an empty list."""
     state, way = {}, []
 
     def visit(file):

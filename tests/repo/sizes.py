@@ -1,10 +1,10 @@
-"""Measure the code that programs link: prints the table of the page on embedding.
+"""Measure the size of programs that link the library, and print the table of docs/sizes.md.
 
     python tests/repo/sizes.py > docs/sizes.md
 
 A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, with
---gc-sections. The size is the sum of text and data that `size` reports, minus that of an empty
-program. The C library is shared, and does not count.
+--gc-sections. The size is the sum of the text and data sections that `size` reports, minus the sum
+for an empty program. The C library is linked dynamically and does not count.
 """
 
 import platform
@@ -113,7 +113,7 @@ ARM_TARGET = "aarch64-linux-gnu"
 
 
 def find_compiler(processor):
-    """Return the command of a compiler for a processor; None if there is none."""
+    """Return the command of a compiler for a processor, or None if none is installed."""
     if platform.machine() == {"x86_64": "x86_64", "arm64": "aarch64"}[processor]:
         return ["gcc"] if shutil.which("gcc") else None
     if processor == "x86_64":
@@ -135,7 +135,7 @@ def compile_library(folder, compiler, level, options):
 
 
 def link_program(folder, compiler, level, text, library):
-    """Compile a program, link it with the library, and return it."""
+    """Compile a program, link it with the library, and return the program."""
     source, program = Path(folder) / "program.c", Path(folder) / "program"
     source.write_text(text)
     linking = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", library, "-lm"]
@@ -150,7 +150,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the size of each row in kB, 1000 bytes; None if no compiler is there."""
+    """Return the size of each row in kB (1000 bytes), or None if there is no compiler."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]
@@ -166,7 +166,7 @@ def measure_column(folder, processor, level, rows=ROWS):
 
 
 def measure():
-    """Return the sizes of all columns."""
+    """Return the sizes of the rows in all columns."""
     columns = []
     for column in COLUMNS:
         with tempfile.TemporaryDirectory() as folder:
@@ -175,7 +175,7 @@ def measure():
 
 
 def format_table(columns):
-    """Return the table as Markdown, from a list of sizes for each column."""
+    """Return the table in Markdown from a list of sizes for each column."""
     heads = [f"`{processor} {level}`" for processor, level in COLUMNS]
     lines = [f"| linked | {' | '.join(heads)} |", f"| --- |{' ---: |' * len(heads)}"]
     for i, (label, *_) in enumerate(ROWS):
@@ -185,7 +185,7 @@ def format_table(columns):
 
 
 def read_table(text):
-    """Return the sizes of a table in Markdown, as a list for each column."""
+    """Return the sizes in a Markdown table, as a list for each column."""
     rows = [line.strip("| \n").split(" | ")[1:] for line in text.splitlines()[2:]]
     return [
         [None if cell == NONE else float(cell) for cell in column]

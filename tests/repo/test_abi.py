@@ -1,8 +1,8 @@
 """The binary interface: layouts of public structs, values of enumerators, and prototypes.
 
-`abi.txt` holds the interface of the version in kreisel.h. A program that was compiled with this
-header must work with every library of this version. After an intended change, raise the minor
-version of kreisel.h and write the file anew:
+`abi.txt` describes the interface of the version in kreisel.h. A program compiled with this header
+must work with every library of this version. After an intended change, raise the minor version of
+kreisel.h and write the file anew:
 
     python tests/repo/test_abi.py
 """
@@ -72,7 +72,7 @@ def describe_interface(folder):
     return f"version {VERSION}\n" + run(program) + "\n".join(list_prototypes(text)) + "\n"
 
 
-def test_the_interface_is_that_of_the_version(tmp_path):
+def test_the_interface_agrees_with_abi_txt(tmp_path):
     assert describe_interface(tmp_path).splitlines() == FILE.read_text().splitlines()
 
 

@@ -1,6 +1,6 @@
 """The library as one file, written by cmake/amalgamate.py.
 
-The C tests run against this file as well, in .ci/test (KREISEL_AMALGAMATED).
+In .ci/test (KREISEL_AMALGAMATED), the C tests also run against this file.
 """
 
 import importlib.util
@@ -33,14 +33,14 @@ def folder(tmp_path_factory):
 
 
 def output(program, library, folder):
-    """Return the output of a program of tests/c that is linked with the object `library`."""
+    """Return the output of a program in tests/c that is linked with the object file `library`."""
     flags = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
     run("gcc", *flags, TESTS / f"{program}.c", library, "-lm", "-o", folder / program)
     return run(folder / program)
 
 
 def kernels_of(text):
-    """Return the lines of tests/c/kernels.c for each instruction set."""
+    """Return the output lines of tests/c/kernels.c, grouped by instruction set."""
     found = defaultdict(list)
     for line in text.splitlines():
         isa, bits = line.split(maxsplit=1)
@@ -57,7 +57,7 @@ def kernels_of(text):
         ("gcc", ["-std=c99", "-DKR_PLAIN", "-O1"]),
     ],
 )
-def test_the_file_gives_the_bits_of_the_library(folder, tmp_path, compiler, options):
+def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, compiler, options):
     need(compiler, "gcc")
     library = tmp_path / "kreisel.o"
     run(compiler, "-O2", *options, *WARNINGS, "-c", folder / "kreisel.c", "-o", library)
@@ -96,7 +96,7 @@ def test_the_header_is_the_public_header(folder):
     assert (folder / "kreisel.h").read_bytes() == (CSRC / "kreisel.h").read_bytes()
 
 
-def test_make_needs_no_environment():
+def test_make_works_without_an_environment():
     command = run("make", "--dry-run", "--no-print-directory", "amalgamation")
     assert command == "python3 cmake/amalgamate.py\n"
     run("make", "amalgamation")
@@ -104,7 +104,7 @@ def test_make_needs_no_environment():
 
 
 def test_no_two_files_define_the_same_name(script):
-    """Compare the order of the files in kreisel.c."""
+    """Check that every name is defined in one file only, because kreisel.c contains all files."""
     plain, _ = script.read_units()
     files = {file for file, _ in plain.parts if file and file.suffix != ".def"}
     assert len(files) > 60
@@ -120,7 +120,7 @@ def test_no_two_files_define_the_same_name(script):
     assert {name: found for name, found in owners.items() if len(found) > 1} == {}
 
 
-def test_every_section_has_the_features_that_its_instruction_set_is_tested_for(script, folder):
+def test_every_section_enables_the_features_of_its_instruction_set(script, folder):
     text = (folder / "kreisel.c").read_text()
     sets = script.instruction_sets()
     assert sets.keys() == {"base", "avx2", "avx512"} and sets["base"] == []
@@ -129,7 +129,7 @@ def test_every_section_has_the_features_that_its_instruction_set_is_tested_for(s
         assert not features or f'GCC target("{",".join(features)}")' in text
 
 
-def test_options_of_single_files_are_those_of_the_build(folder):
+def test_options_of_single_files_agree_with_the_build(folder):
     """Compare CMakeLists.txt with the pragmas of kreisel.c."""
     options = re.findall(r"COMPILE_OPTIONS -f([\w-]+)\)", (ROOT / "CMakeLists.txt").read_text())
     assert options == ["tree-vectorize"]

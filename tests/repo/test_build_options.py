@@ -23,7 +23,7 @@ def build_library(folder, **options):
 
 
 def offers(library, *methods):
-    """Return the statuses of each method in a build, and the names in its table of methods."""
+    """Return each method's status codes in a build, and the names in the build's method table."""
     program = library.with_name("options")
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
     *lines, table = run(program, *methods).splitlines()
@@ -37,7 +37,7 @@ def symbols(program):
     return {line.split()[-1] for line in run("nm", program).splitlines() if line}
 
 
-def test_a_build_with_one_method_says_that_others_are_left_out(tmp_path):
+def test_a_build_with_one_method_reports_omitted_methods(tmp_path):
     library = build_library(tmp_path, KREISEL_METHODS="strang")
     statuses, table = offers(library, "strang", "taylor", "exact", "none")
     left_out = (STATUS["ERR_NOT_BUILT"],) * 7
@@ -80,7 +80,7 @@ def test_wrong_options_are_refused(tmp_path):
 
 
 def link_program(folder, lines, *sources):
-    """Link the statements `lines` with the static library, run them, and return their symbols.
+    """Link the statements `lines` with the static library, run the program, and return its symbols.
 
     The statements set `status`, which must be KR_OK. `sources` are linked before the library.
     """
@@ -115,7 +115,7 @@ RUN_TOP = (
 )
 
 
-def test_a_static_program_links_the_method_that_it_names(tmp_path):
+def test_a_static_program_links_only_the_method_it_uses(tmp_path):
     names = link_program(tmp_path, RUN_TOP.replace("METHOD", "kr_method_strang"))
     assert "kr_method_strang" in names and "kr_top_create" in names
     methods = {name for name in names if re.match("kr_method_(?!applies|suits)", name)}
@@ -124,11 +124,11 @@ def test_a_static_program_links_the_method_that_it_names(tmp_path):
 
 
 def torus_names(names):
-    """Return the names that belong to the closed forms of tops on a torus."""
+    """Return the names that belong to the closed forms on a torus."""
     return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
 
 
-def test_a_static_program_with_a_closed_form_links_that_one(tmp_path):
+def test_a_static_program_links_only_the_closed_form_it_uses(tmp_path):
     lines = (
         "    kr_exact exact;\n"
         "    status = kr_exact_plan(&scene, &exact);\n"
@@ -147,7 +147,7 @@ def test_a_static_program_with_a_closed_form_links_that_one(tmp_path):
     assert "kr_kowalewski_plan" in names and not [name for name in names if "chaplygin" in name]
 
 
-def test_the_method_exact_can_do_without_the_forms_on_a_torus(tmp_path):
+def test_method_exact_can_be_built_without_closed_forms_on_a_torus(tmp_path):
     lines = RUN_TOP.replace("METHOD", "kr_method_exact") + (
         "    if (!kr_method_applies(&kr_method_exact, &scene.body)) return 1;\n"
         "    scene.body.inertia = (kr_vec3){2.0, 2.0, 1.0};\n"

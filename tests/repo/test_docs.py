@@ -1,4 +1,4 @@
-"""Tests of the site that work without building the site; `make docs` builds it."""
+"""Tests of the site that do not need the built site; `make docs` builds the site."""
 
 import re
 import sys
@@ -24,13 +24,13 @@ TEXTS = sorted(
 )
 
 
-def test_every_public_name_has_its_place():
+def test_every_public_name_is_documented():
     text = "".join(file.read_text() for file in (DOCS / "api").glob("*.rst"))
     shown = re.findall(r"^\.\. auto(?:module:: kreisel\.|\w+:: )(\w+)$", text, re.MULTILINE)
     assert sorted(shown) == sorted(set(kr.__all__) - {"__version__"})
 
 
-def test_there_are_examples_enough():
+def test_there_are_at_least_twenty_examples():
     assert len(EXAMPLES) >= 20
 
 
@@ -41,12 +41,12 @@ def test_an_example_begins_with_a_question(file):
 
 
 @pytest.mark.parametrize("file", TEXTS, ids=lambda file: file.name)
-def test_nothing_is_fetched_from_elsewhere(file):
+def test_the_site_loads_nothing_from_other_servers(file):
     assert re.findall(r"(?:https?:)?//[\w-]+\.[\w.-]+", file.read_text()) == []
 
 
-def test_the_waves_of_the_gallery_are_waves():
-    """Check that the axis nods by some degrees, at least five times per revolution."""
+def test_the_gallery_example_of_waves_shows_waves():
+    """Check that the axis nutates by several degrees, at least five times per revolution."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)
@@ -61,7 +61,7 @@ def test_the_site_names_no_corners_of_a_round_top(file):
     assert "corners" not in file.read_text()
 
 
-def test_links_to_examples_lead_to_some():
+def test_links_to_examples_are_valid():
     named = {f"{file.parent.name}/{file.stem}" for file in EXAMPLES}
     for file in TEXTS:
         for name in re.findall(r"gallery/(\w+/\w+)[`>]", file.read_text()):
@@ -152,11 +152,11 @@ def test_the_index_of_the_package_has_a_line_for_each_name():
     assert sorted(names) == sorted(set(kr.__all__) - {"__version__", "MethodName", "QuantityName"})
 
 
-def test_make_tells_of_it():
+def test_make_help_lists_docs():
     assert "make docs" in run("make", "--no-print-directory", "help")
 
 
-def test_code_blocks_can_be_scrolled_by_keys():
+def test_code_blocks_can_be_scrolled_by_keyboard():
     block = '<div class="highlight"><pre>import kreisel as kr</pre></div>'
     assert make_focusable(block) == block.replace("<pre>", '<pre tabindex="0">')
     wide = '<div class="formula"></div><div class="table-wrapper docutils"></div>'
@@ -164,7 +164,7 @@ def test_code_blocks_can_be_scrolled_by_keys():
     assert code_blocks in PARTS
 
 
-def test_signatures_and_anchors_are_no_lists_and_links():
+def test_signatures_and_anchors_are_simplified():
     lines = '<span class="sig-paren">(</span><dl>\n<dd>a, </dd>\n<dd>b</dd>\n</dl>'
     flat = code_blocks.flatten_signatures(lines)
     assert "<d" not in flat and flat.count('<span class="sig-line">') == 2
@@ -172,14 +172,14 @@ def test_signatures_and_anchors_are_no_lists_and_links():
     assert code_blocks.drop_empty_links(anchor) == '<a id="line-1" name="line-1"></a>'
 
 
-def test_side_bars_have_names():
+def test_sidebars_have_accessible_names():
     bars = [f'<aside class="{kind}">' for kind in landmarks.NAMES]
     named = landmarks.add_names("".join(bars))
     assert all(f'aria-label="{name}"' in named for name in landmarks.NAMES.values())
     assert landmarks.add_names(named) == named and landmarks in PARTS
 
 
-def test_signatures_have_the_types_that_the_sources_name():
+def test_signatures_have_the_types_of_the_sources():
     text, result = signature(None, "function", "solve", kr.solve, None, "(scene, t)", None)
     assert text.startswith("(scene: Scene | Ensemble, t: Numbers,") and result == "Path | Paths"
     method = kr.Path.plot

@@ -1,4 +1,4 @@
-"""The page on embedding: its files and commands work for someone who has only this page."""
+"""The page on embedding: its files and commands must work without any other source."""
 
 import re
 
@@ -62,7 +62,7 @@ def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, pref
     assert re.fullmatch(last_line, output.splitlines()[-1]), output
 
 
-def test_every_section_with_commands_is_tried():
+def test_every_section_with_commands_is_tested():
     with_commands = {name for name, text in SECTIONS.items() if COMMANDS.search(text)}
     assert with_commands == {BEGINNING, *LAST_LINES}
 
@@ -89,7 +89,7 @@ def test_the_table_names_the_options_of_cmake():
     assert named == options and len(options) == 5
 
 
-def test_the_example_asks_for_this_version():
+def test_the_example_requests_this_version():
     asked = re.search(
         r"find_package\(kreisel (\S+) ", (ROOT / "examples/find_package/CMakeLists.txt").read_text()
     )

@@ -1,4 +1,4 @@
-"""The programs and projects in examples/: each is built, run, and checked by what it prints."""
+"""The programs and projects in examples/: each is built and run, and its output is checked."""
 
 import os
 import re
@@ -19,9 +19,10 @@ MOMENTUM = SPIN * I3
 
 
 def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the tilt at time `t`, its rate, and the angle of precession, by Euler's equations.
+    """Return the tilt, its rate, and the precession angle at time `t`, by Euler's equations.
 
-    The Lagrange top is released with its spin alone. `pull` is mass * gravity * lever.
+    At the start, the angular velocity of the Lagrange top is its spin alone. `pull` is mass *
+    gravity * lever.
     """
     vertical = momentum * np.cos(tilt)
 
@@ -34,13 +35,13 @@ def solve_lagrange(t, tilt=TILT, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY *
 
 
 def largest_tilt(tilt, momentum=MOMENTUM, i1=I1, pull=MASS * GRAVITY * LEVER):
-    """Return the largest tilt of a Lagrange top that is released with its spin alone."""
+    """Return the largest tilt of a Lagrange top that starts with its spin alone."""
     ratio = momentum**2 / (4 * i1 * pull)
     return np.arccos(ratio - np.sqrt(ratio * ratio - 2 * ratio * np.cos(tilt) + 1))
 
 
 def nutation_integral(of=lambda c: 1.0):
-    """Return the integral of `of(cos(tilt))` over a period of the nutation of the examples' top.
+    """Return the integral of `of(cos(tilt))` over a nutation period of the top in the examples.
 
     The substitution c = middle + half cos(x) between the turning points removes the singularities.
     """
@@ -103,7 +104,7 @@ GAME = {"i1": 0.01, "pull": 0.981}  # the tops of game_loop.c, at their start
 
 
 def read_game(name, output):
-    """Return the numbers of the lines about a top: rows of time, tilt, energy, <m, e3>."""
+    """Return the numbers in the lines about a top: rows of time, tilt, energy, <m, e3>."""
     return numbers(f"^{name}: t = #, tilt #, energy #, vertical momentum #$", output)
 
 
@@ -130,7 +131,7 @@ def check_push(output):
 
 
 def check_heavier(output):
-    """Check that the heavier body has the attitude and momentum of the lighter one."""
+    """Check that the heavier body keeps the attitude and momentum of the lighter body."""
     momentum = 101 * 0.002
     tilt, rate, _ = solve_lagrange(1.0, momentum=momentum, **GAME)
     across = (momentum * (0.5 - np.cos(tilt)) / np.sin(tilt)) ** 2 + (0.01 * rate) ** 2
@@ -172,7 +173,7 @@ def test_the_loop_of_the_game_allocates_nothing(prefix, tmp_path):
         assert output.endswith("allocations: 100\n"), output
 
 
-def test_events_are_the_lowest_points_of_the_axis(prefix, tmp_path):
+def test_events_occur_at_the_lowest_points_of_the_axis(prefix, tmp_path):
     output = build_and_run("events", prefix, tmp_path)
     lowest = numbers(r"lowest at t = #: tilt #", output)
     assert len(lowest) == int(2 / PERIOD + 0.5) and "end at t = 2.000" in output
@@ -201,7 +202,7 @@ def test_a_checkpoint_continues_with_the_same_bits(prefix, tmp_path):
 
 
 def solve_asymmetric(t):
-    """Return the momentum of the top of checkpoint.c at time `t`, by the equations in space."""
+    """Return the momentum of the top in checkpoint.c at time `t`, integrated in the space frame."""
 
     def rate(_, y):
         q, m = y[:4] / np.linalg.norm(y[:4]), y[4:]
@@ -285,8 +286,8 @@ def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
     check_game(run(build / "game_loop"))
 
 
-def test_fetch_content_clones_the_repository_that_is_named(tmp_path):
-    """Configure the project with the clone of an empty repository, which it cannot use."""
+def test_fetch_content_clones_the_given_repository(tmp_path):
+    """Configure the project with a clone of a repository that stops the configuration."""
     need("cmake", "git")
     repository = tmp_path / "repository"
     run("git", "init", "-q", "-b", "main", repository)
@@ -302,13 +303,13 @@ def test_fetch_content_clones_the_repository_that_is_named(tmp_path):
 
 
 def use_zig():
-    """Return the words that run zig, or skip the test if Python has no ziglang."""
+    """Return the command that runs zig, or skip the test if the module ziglang is missing."""
     pytest.importorskip("ziglang")
     return f'"{sys.executable}" -m ziglang'
 
 
 def needed_functions(page):
-    """Return the functions that the page says an image needs, as a set of names."""
+    """Return the set of functions that an image needs according to the page."""
     section = page.partition("## Microcontrollers")[2].partition("\n## ")[0]
     return {
         name

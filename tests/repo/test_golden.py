@@ -34,11 +34,11 @@ def of_the_library(program, to):
     return run(to)
 
 
-def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
+def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
     assert of_the_library(PROGRAM, tmp_path / "golden") == golden
 
 
-def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
+def test_the_library_agrees_with_the_snapshot(tmp_path):
     found = of_the_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
     assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 
@@ -46,8 +46,8 @@ def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
 
-    The file contains the output, without the names of the sets, for a set with fused multiply-add
-    and for a set without it. Other processors are tested by .ci/processors.
+    The file contains the output, without the names of instruction sets, for a set with fused
+    multiply-add and for a set without it. Other processors are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     told = of_the_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")

@@ -39,19 +39,19 @@ def name(file):
     return file.relative_to(ROOT).as_posix()
 
 
-def test_no_source_is_included():
+def test_no_c_file_is_included():
     assert [
         name(file) for file in SOURCES if any(of.suffix == ".c" for of in c_includes(file))
     ] == []
 
 
-def test_python_sees_the_public_header_only():
+def test_the_binding_includes_only_the_public_header():
     for file in BINDING:
         assert set(c_includes(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
 
 
 def symbols(library, *options):
-    """Return (name, type, section) of each symbol of a library, as listed by nm."""
+    """Return (name, type, section) of each symbol of a library, as nm lists them."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()
@@ -77,7 +77,7 @@ def test_shared_library_exports_the_public_header(static):
     assert exported == public and len(public) > 20
 
 
-def test_prefix(static):
+def test_exported_symbols_have_the_prefix(static):
     assert {
         s for s, _, _ in symbols(static, "-g", "--defined-only") if not s.startswith("kr_")
     } == set()
@@ -90,7 +90,7 @@ def test_no_global_state(static):
     } == set()
 
 
-def test_no_printing_no_aborting_an_allocation_for_tops_and_one_for_workers(static):
+def test_the_library_neither_prints_nor_aborts_and_rarely_allocates(static):
     used = {symbol for symbol, _, _ in symbols(static, "-u")}
     forbidden = {
         "abort",
@@ -112,7 +112,7 @@ def test_no_printing_no_aborting_an_allocation_for_tops_and_one_for_workers(stat
 STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"-I{CSRC}"]
 
 
-def test_the_page_s_code_has_no_warnings(tmp_path):
+def test_wasm_c_compiles_without_warnings(tmp_path):
     """Compile wasm.c, which otherwise only zig compiles, with warnings as errors.
 
     .ci/test compiles all other files in the same way.
@@ -122,13 +122,13 @@ def test_the_page_s_code_has_no_warnings(tmp_path):
 
 
 @pytest.mark.parametrize("word", [*WARNINGS[:-1], "-Wmissing-prototypes"])
-def test_all_builds_have_all_warnings(word):
+def test_builds_enable_all_warnings(word):
     assert word in (ROOT / "CMakeLists.txt").read_text()
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("language", [("c", "c99"), ("c++", "c++17")], ids=["c99", "c++17"])
-def test_header_has_no_warnings_and_leaves_macros_alone(compiler, language, tmp_path):
+def test_the_header_has_no_warnings_and_defines_no_foreign_macros(compiler, language, tmp_path):
     need(compiler)
     file = tmp_path / "user.c"
     file.write_text(
@@ -145,7 +145,7 @@ def test_header_has_no_warnings_and_leaves_macros_alone(compiler, language, tmp_
     )
 
 
-def test_methods_def_names_the_files():
+def test_methods_def_agrees_with_the_files():
     text = (CSRC / "methods.def").read_text()
     gsl = "".join(re.findall(r"^#ifdef KREISEL_GSL\n(.*?)^#endif", text, re.DOTALL | re.MULTILINE))
     ids = re.findall(r"^X\((\w+)\)$", text, re.MULTILINE)
@@ -163,7 +163,7 @@ def test_methods_def_names_the_files():
 
 
 @pytest.mark.parametrize("file", [*C, *PYTHON, *BINDING], ids=name)
-def test_files_can_be_read_at_one_sitting(file):
+def test_files_are_short(file):
     lines = file.read_text().splitlines()
     most = 790 if file.name == "kreisel.h" else 600
     assert len(lines) <= most and max(map(len, lines), default=0) <= 100
@@ -181,7 +181,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """Return the number of lines of the docstring of `node`."""
+    """Return the number of lines in the docstring of `node`."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 
@@ -191,12 +191,12 @@ def test_functions_are_short(file):
     assert {head: lines for head, lines in functions(file) if lines > 40} == {}
 
 
-def test_one_version():
+def test_versions_agree():
     assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text()
     assert re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1] == VERSION
 
 
-def test_no_one_machine():
+def test_files_contain_no_machine_paths():
     here = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
     top = [
         file

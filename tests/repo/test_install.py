@@ -1,4 +1,4 @@
-"""The installed library: the programs of examples/ find it with CMake and with pkg-config."""
+"""The installed library: programs in examples/ find the library with CMake and with pkg-config."""
 
 import shutil
 
@@ -35,7 +35,7 @@ def test_cmake_refuses_another_version(prefix, tmp_path):
         )
 
 
-def test_an_installation_may_be_moved(prefix, tmp_path):
+def test_an_installation_can_be_moved(prefix, tmp_path):
     need("pkg-config")
     moved = shutil.copytree(prefix, tmp_path / "elsewhere", symlinks=True)
     folder = moved / "lib/pkgconfig"
@@ -49,7 +49,7 @@ def test_an_installation_may_be_moved(prefix, tmp_path):
 @pytest.mark.parametrize(
     "language", [("gcc", "-std=c99"), ("g++", "-std=c++17", "-xc++")], ids=["c", "c++"]
 )
-def test_pkg_config_leads_to_a_program_that_runs(prefix, language, linking, tmp_path):
+def test_pkg_config_builds_a_working_program(prefix, language, linking, tmp_path):
     compiler, *options = language
     source = tmp_path / "hello.c"
     source.write_text((EXAMPLES / "hello.c").read_text())

@@ -12,12 +12,12 @@ FILES = [
 ]
 
 
-def test_the_plan_has_all_trees():
+def test_the_layers_cover_all_trees():
     assert TREES == ["csrc", "python/kreisel", "python/viewer", "tests", "validation"]
 
 
 @pytest.mark.parametrize(("tree", "file"), FILES)
-def test_a_file_uses_what_stands_below_it_or_in_its_folder(tree, file):
+def test_a_file_uses_only_lower_layers_or_its_own_folder(tree, file):
     here = layer(file, tree)
     assert here is not None, f"{file.name} needs one layer in {PLAN.name}"
     for other in targets(file, tree):
@@ -27,20 +27,20 @@ def test_a_file_uses_what_stands_below_it_or_in_its_folder(tree, file):
 
 
 @pytest.mark.parametrize("tree", TREES)
-def test_no_files_go_round_in_a_circle(tree):
+def test_there_are_no_cycles_of_files(tree):
     assert circle({file: targets(file, tree) for file in files(tree)}) == []
 
 
-def test_the_plan_hangs_on_one_wall():
+def test_architecture_md_is_short():
     assert len(PLAN.read_text().splitlines()) <= 100
 
 
-def test_a_circle_is_seen():
+def test_cycles_are_detected():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
     assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 
 
 @pytest.mark.parametrize("tree", TREES)
-def test_every_name_on_the_plan_is_there(tree):
+def test_every_name_in_the_layers_exists(tree):
     names = [name for row in layers()[tree] for name in row]
     assert [name for name in names if not (ROOT / tree / name).exists()] == []

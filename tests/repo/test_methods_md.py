@@ -1,11 +1,11 @@
-"""Tests that METHODS.md agrees with `kreisel methods --markdown`, except in its measured costs."""
+"""Tests that METHODS.md equals the output of `kreisel methods --markdown`, except for costs."""
 
 import kreisel as kr
 from internals import page_of_methods, table_of_costs
 from toolbox import ROOT
 
 
-def test_table_of_methods():
+def test_the_table_has_a_row_for_each_method():
     lines = [line for line in page_of_methods(kr.methods).splitlines() if line.startswith("|")]
     assert len(lines) == 2 + len(kr.methods) and all(
         line.count("|") == lines[0].count("|") for line in lines
@@ -13,7 +13,7 @@ def test_table_of_methods():
     assert all(any(line.startswith(f"| {name} |") for line in lines) for name in kr.methods)
 
 
-def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
+def test_costs_are_relative_to_those_of_rk4(monkeypatch):
     peers = [100e-9, 200e-9, 400e-9]
     costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
     monkeypatch.setattr(table_of_costs, "_measure_costs", lambda _: costs)
@@ -23,7 +23,7 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare the file with the output of the command, except for the measured costs.
+    """Compare METHODS.md with the output of the command, except for the measured costs.
 
     `kreisel methods --markdown > METHODS.md` updates the file.
     """

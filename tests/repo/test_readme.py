@@ -71,12 +71,12 @@ def test_make_targets_exist():
     assert commands("make") and set(commands("make")) <= set(targets)
 
 
-def test_commands_answer():
+def test_commands_exist():
     for command in set(commands("kreisel")):
         run(Path(sys.executable).parent / "kreisel", command, "--help")
 
 
-def test_is_what_the_package_shows():
+def test_the_package_shows_the_readme():
     assert (
         tomllib.loads((ROOT / "pyproject.toml").read_text())["project"].get("readme") == "README.md"
     )

@@ -109,7 +109,7 @@ def test_a_quantity_is_a_column_of_the_command_line(house):
     assert lines[0] == "t,height" and len(lines) == 3
 
 
-def test_a_quantity_is_there_in_c(house, tmp_path):
+def test_a_quantity_is_available_in_c(house, tmp_path):
     program = tmp_path / "user.c"
     program.write_text("""#include <stdio.h>
 #include "kreisel.h"
@@ -125,7 +125,7 @@ int main(void)
     assert run(tmp_path / "user") == "1\n"
 
 
-def test_its_own_test_passes(house):
+def test_the_tests_of_the_recipes_pass(house):
     tests = [f"tests/python/test_{name}.py" for name in ("height", "ball")]
     told = house.python(
         "import pytest", f"print(pytest.main(['-q', '--rootdir=/', *{at(house, tests)}]))"
@@ -133,8 +133,8 @@ def test_its_own_test_passes(house):
     assert "2 passed" in told
 
 
-def test_no_reference_is_counted_without_the_lock_of_python(house):
-    """Check that a build without NDEBUG works, in which pybind11 checks that the GIL is held."""
+def test_references_are_counted_only_with_the_gil(house):
+    """Check a build without NDEBUG, in which pybind11 verifies that the GIL is held."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]
@@ -156,7 +156,7 @@ def test_a_method_touches_three_files_and_adds_its_golden_lines(house, program, 
     assert len(more) == count and all("kick_drift" in line.split() for line in more)
 
 
-def test_a_method_has_the_order_that_it_says(house):
+def test_a_method_has_its_stated_order(house):
     told = house.python(
         "import kreisel as kr",
         "from validation.references.orders import measure_order",
@@ -166,7 +166,7 @@ def test_a_method_has_the_order_that_it_says(house):
     assert told == "1 1\n"
 
 
-def test_a_maker_touches_two_files_and_is_known_to_toml(house):
+def test_a_body_constructor_touches_two_files_and_works_in_toml(house):
     assert len(house.touched["maker"]) == 2
     text = "momentum = [0, 0, 1]\n[body.ball]\nmass = 5\nradius = 1\nheight = 1\n"
     told = house.python(

@@ -1,6 +1,6 @@
-"""Sizes of programs that link the static library, against the table of the page on embedding.
+"""Sizes of programs that link the static library, compared with the table in docs/sizes.md.
 
-`python tests/repo/sizes.py FOLDER > docs/sizes.md` writes the table anew.
+`python tests/repo/sizes.py FOLDER > docs/sizes.md` updates the table.
 """
 
 import pytest
@@ -13,7 +13,7 @@ GROWTH = 1.1
 
 @pytest.mark.parametrize("i", range(len(COLUMNS)), ids=map("".join, COLUMNS))
 def test_no_program_has_grown_by_a_tenth(i, tmp_path):
-    """Compare sizes with the table. Rows with options of kreisel.c are compiled only at -Os."""
+    """Compare sizes with the table. Rows for options of kreisel.c are compiled only at -Os."""
     need("cmake", "size")
     pairs = zip(ROWS, read_table(TABLE)[i], strict=True)
     pairs = [(row, size) for row, size in pairs if "-Os" in COLUMNS[i] or not row[2]]

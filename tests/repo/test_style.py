@@ -28,16 +28,16 @@ def sources(*endings):
     return [ROOT / name for name in names.splitlines() if (ROOT / name).is_file()]
 
 
-def test_clang_format_is_content():
+def test_clang_format_reports_nothing():
     files = sources("*.c", "*.h", "*.cpp", "*.hpp")
     assert len(files) > 100
     run(TOOLS / "clang-format", "--dry-run", "--Werror", *files)
 
 
-def test_ruff_is_content():
+def test_ruff_reports_nothing():
     run(TOOLS / "ruff", "format", "--check", *PYTHON)
     run(TOOLS / "ruff", "check", *PYTHON)
 
 
-def test_mypy_is_content():
+def test_mypy_reports_nothing():
     run(TOOLS / "mypy", "--strict", "python/kreisel")

@@ -1,7 +1,8 @@
 """Tests of third-party software.
 
-The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
-another checkout. Another test checks that the viewer makes no network requests.
+The tests check the licences, versions and hashes of the packages that pip installs. They also check
+that a .venv from another checkout is rejected. Another test checks that the viewer makes no network
+requests.
 """
 
 import importlib.metadata
@@ -23,7 +24,7 @@ def requirements(monkeypatch):
     return runpy.run_path(".ci/requirements")
 
 
-def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
+def test_packages_of_pip_have_versions_and_hashes(requirements):
     """Check each package that pip installs. If this test fails, run `.ci/lock`."""
     text = (ROOT / ".ci/locked.txt").read_text()
     assert "//" not in text and "index" not in text
@@ -38,19 +39,19 @@ def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
         assert any(wanted.specifier.contains(version) for version in there), line
 
 
-def test_what_is_locked_is_all_of_the_file(requirements):
+def test_locked_txt_agrees_with_the_requirements(requirements):
     lines = [line for line in (ROOT / ".ci/locked.txt").read_text().splitlines() if line[0] != "#"]
     assert "".join(requirements["locked"]()).splitlines() == lines
 
 
-def test_users_get_what_the_package_needs_and_no_tools(requirements):
+def test_users_install_no_development_tools(requirements):
     names = requirements["of_users"]()
     assert {"numpy", "click", "rich"} <= names and not names & {"pytest", "heyoka", "mypy"}
     blocks = {block.split("==")[0] for block in requirements["locked"](names)}
     assert blocks == names
 
 
-def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
+def test_the_wheel_contains_the_licence_of_pybind11():
     files = importlib.metadata.files("pybind11")
     (notice,) = [file for file in files if file.match("licenses/LICENSE")]
     assert (ROOT / "python/licences/pybind11.txt").read_text() == notice.read_text()
@@ -58,7 +59,7 @@ def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
     assert "python/licences/pybind11.txt" in told and "LICENSE" in told
 
 
-def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
+def test_the_bill_of_materials_has_the_bundled_versions(requirements):
     bill = json.loads((ROOT / "python/materials.json.in").read_text())
     parts = {part["name"]: part["version"] for part in bill["components"]}
     assert parts.pop("pybind11") == "@pybind11_VERSION@"  # CMake fills in the version
@@ -77,7 +78,7 @@ def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a copy of the scripts that check a .venv, with a .venv created elsewhere."""
+    """Return a copy of the scripts that check a .venv, with a .venv from another checkout."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
@@ -86,7 +87,7 @@ def checkout(tmp_path):
 
 
 def need(checkout):
-    """Run .ci/need in an environment without tools, so that nothing can be installed."""
+    """Run .ci/need in an environment without tools, in which nothing can be installed."""
     tools = checkout / "tools"
     tools.mkdir()
     for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):
@@ -105,7 +106,7 @@ def test_a_foreign_environment_is_not_touched(checkout):
     assert (checkout / ".venv/own").read_text() == "precious"
 
 
-def test_an_environment_of_ours_that_was_moved_is_made_anew_and_told(checkout):
+def test_a_moved_environment_is_recreated_with_a_message(checkout):
     (checkout / ".venv/requirements.txt").write_text("numpy\n")
     done = need(checkout)
     assert "recreating .venv and build" in done.stdout and not (checkout / ".venv").exists()

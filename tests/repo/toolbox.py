@@ -21,7 +21,7 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 def run(*command, cwd=ROOT, **environment):
     """Return the standard output of a command.
 
-    If the command fails, the test fails with its output.
+    If the command fails, the test fails and shows the output of the command.
     """
     done = subprocess.run(
         [str(word) for word in command],
@@ -78,7 +78,7 @@ def need(*tools):
 
 
 def need_cargo():
-    """Skip the test if cargo is missing: `make test` does not install it, because of its size."""
+    """Skip the test if cargo is missing: `make test` does not install it because of its size."""
     if not shutil.which("cargo"):
         pytest.skip("needs cargo")
 
@@ -102,7 +102,7 @@ def c_tests():
 
 @functools.cache
 def install_library(gsl="OFF"):
-    """Install the library as a user would, and return the folder.
+    """Install the library as a user would, and return the installation folder.
 
     Test processes that run in parallel install into different folders.
     """

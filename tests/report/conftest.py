@@ -1,4 +1,7 @@
-"""Fixtures of the tests of the report. Reports are complete even on slow machines."""
+"""Fixtures of the tests of the report.
+
+The time limit of the report is removed, so that reports are complete even on slow machines.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Tests of the stability atlas and of the random and published tops.
+"""Tests of the stability atlas, and of the random and published tops.
 
 No assertion depends on run times.
 """
@@ -31,7 +31,7 @@ def examine_case(name):
     return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
 
 
-def test_every_family_has_cases_and_no_two_share_a_name():
+def test_families_have_cases_with_unique_names():
     assert {case.family for case in CASES.values()} == set(atlas_cases.FAMILIES)
     assert len(CASES) == len(list(atlas_cases.list_cases())) > 80
 
@@ -45,7 +45,7 @@ def test_every_family_has_cases_and_no_two_share_a_name():
         "SI: nanoparticle, 1e9 rad/s",
     ],
 )
-def test_nothing_is_wrong_in_silence(name):
+def test_no_cell_is_wrong_in_silence(name):
     found = examine_case(name)
     suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
     assert suited | {"heyoka"} <= set(found) <= suited | set(single_runs.RECORDERS)
@@ -56,14 +56,14 @@ def test_nothing_is_wrong_in_silence(name):
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if name.startswith("damping")])
-def test_strong_damping_neither_stops_nor_misleads_taylor(name):
+def test_taylor_is_right_under_strong_damping(name):
     found = examine_case(name)
     assert found["taylor"]["verdict"] in ("right", "as asked")
     assert found["taylor"]["steps"] < 1000
     assert found["taylor"]["agreement"] < found["taylor"]["conditioning"]
 
 
-def test_what_is_no_body_is_refused_with_its_message():
+def test_invalid_bodies_are_refused_with_their_message():
     for cell in examine_case("shape: no body, I3 > I1 + I2").values():
         assert cell["verdict"] == "refused" and "not physical" in cell["message"]
 
@@ -75,14 +75,14 @@ def test_steps_far_too_large_blow_up_or_lose_the_attitude():
     assert found["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
 
 
-def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
+def test_exact_drifts_keep_the_attitude_of_a_stiff_top():
     found = examine_case("stiff: needle, 64 a turn of precession")
     assert found["strang"]["attitude_error"] < 0.01
     assert found["rk4"]["verdict"] == "stopped"
 
 
-def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """Check the verdict on a needle that the midpoint rule accelerates alike with both steps."""
+def test_a_run_that_turns_too_fast_for_its_steps_is_detected():
+    """Check the verdict on a needle that the midpoint rule accelerates equally at both steps."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -110,18 +110,18 @@ def test_verdicts(error, shown, per_turn, expected):
     assert verdicts.choose_verdict(error, 1e-12, shown_by) == expected
 
 
-def test_what_the_data_do_not_determine_is_lost_not_right():
-    """Check the verdict on an unstable body, whose attitude a rounding error can change by pi."""
+def test_attitudes_below_the_conditioning_are_lost_not_right():
+    """Check the verdict on an unstable body, whose attitude one rounding error can change by pi."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
 
-def test_a_tolerance_allows_what_was_asked_for():
+def test_errors_within_the_tolerance_are_explained():
     for error, expected in ((9e-9, "tolerance"), (2e-8, None)):
         assert verdicts.find_sign(error, 0.0, np.inf, (1e-12, 1e-11, 1e-8)) == expected
 
 
-def test_an_error_within_the_requested_tolerance_is_as_asked():
+def test_errors_within_the_requested_tolerance_are_as_asked():
     """Check that the second run changes only the verdicts on errors above the tolerance.
 
     Only the verdict "right" is better than "as asked".
@@ -147,8 +147,8 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
     )
 
 
-def test_what_the_second_run_shows_is_the_error():
-    """Check the error estimate if the runs with steps h and h / 2 have the errors C h^p."""
+def test_the_second_run_estimates_the_error():
+    """Check the error estimate if the runs with steps h and h / 2 have errors C h^p."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -165,7 +165,7 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def with_fault(fault):
-    """Return a function that lists all methods of kreisel, with the fault added to each.
+    """Return a function that lists all methods of kreisel, with a fault added to each method.
 
     The fault is a function that takes (who, problem, scene, times, setting).
     """
@@ -205,7 +205,7 @@ def twist(who, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Check that results with a fault larger than the method's own error are never called right."""
+    """Check that results are never called right if the fault exceeds the method's own error."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
@@ -218,7 +218,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Check that methods are not called right if gravity is wrong by a factor of 1.001.
+    """Check that no method is called right if gravity is wrong by a factor of 1.001.
 
     The effect of the fault is at least a hundred times the error of each method checked.
     """
@@ -233,7 +233,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     assert found[method]["verdict"] == "silent"
 
 
-def test_a_lost_kick_is_found():
+def test_a_missing_kick_is_found():
     """Check that the omission of gravity in one interval or one step is found."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
@@ -263,7 +263,7 @@ def test_a_lost_kick_is_found():
     )
 
 
-def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
+def test_wrong_orders_and_ignored_tolerances_are_detected():
     case, ours = CASES["gravity: general, g = -1"], atlas_cells.make_method_candidate
     four = replace(ours(kr.methods["strang"]), order=4)
     loose = ours(kr.methods["taylor"])
@@ -285,8 +285,8 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     """Compare the change per step with h (1 - cos theta) <v, a_> <torque at a_, v>.
 
-    The formula is derived in stiff_needle.py. If it holds, the energy drift is a property of the
-    method, and not a fault of the implementation.
+    The formula is derived in stiff_needle.py. If the formula holds, the energy drift is a property
+    of the method and not an implementation fault.
     """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
@@ -307,7 +307,7 @@ def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
         )
 
 
-def test_drift_is_not_oscillation():
+def test_drift_is_distinguished_from_oscillation():
     t = np.linspace(0, 20, 17)
     assert (
         atlas_cells.has_drift(1e-4 * t)
@@ -316,7 +316,7 @@ def test_drift_is_not_oscillation():
     )
 
 
-def test_the_atlas_is_drawn_and_told():
+def test_the_atlas_has_a_heat_map_notes_and_a_conclusion():
     found = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
         CASES["shape: sphere"]
     )
@@ -334,7 +334,7 @@ def test_the_atlas_is_drawn_and_told():
 
 
 @pytest.mark.parametrize("kind", random_tops.KINDS)
-def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
+def test_random_tops_are_of_their_kind_and_reproducible(kind):
     first, again = random_tops.draw_problems(kind, 3), random_tops.draw_problems(kind, 3)
     assert [top.momentum for top in first] == [top.momentum for top in again]
     kinds = {top.user.body.kind for top in first}
@@ -345,7 +345,7 @@ def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
     }.get(kind, {"general"})
 
 
-def test_random_tops_are_run_by_every_method_that_suits_them():
+def test_random_tops_are_run_by_every_suitable_method():
     found = random_tops.measure_kind("Euler", 2)
     suited = [
         name
@@ -360,8 +360,8 @@ def test_random_tops_are_run_by_every_method_that_suits_them():
 
 
 @pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
-def test_published_references_are_met(problem):
-    """Check that the published references are met in all of their 17 digits."""
+def test_published_references_are_reproduced(problem):
+    """Compare attitudes and energies with the published reference solutions."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(

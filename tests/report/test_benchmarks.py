@@ -24,7 +24,7 @@ def test_programs_are_found():
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_a_program_says_what_it_measures(name, capsys):
+def test_a_program_describes_its_measurement(name, capsys):
     if name == "benchmarks.viewer_speed":
         pytest.importorskip("playwright")
     program = importlib.import_module(f"validation.{name}")
@@ -35,8 +35,8 @@ def test_a_program_says_what_it_measures(name, capsys):
     assert program.__doc__.split()[0] in said
 
 
-def test_the_core_is_compiled_as_the_library_is():
-    """Check that the files, instruction sets and options are those in CMakeLists.txt."""
+def test_the_core_is_compiled_like_the_library():
+    """Check that the files, instruction sets and options equal those in CMakeLists.txt."""
     said = (ROOT / "CMakeLists.txt").read_text()
     isas = (ROOT / "cmake/isa.cmake").read_text()
     assert compiling.core_files() == core_sources()
@@ -51,7 +51,7 @@ def test_the_core_is_compiled_as_the_library_is():
     assert set(flags) <= set(compiling.FLAGS)
 
 
-def test_the_costs_of_supports_are_those_of_steps(capsys):
+def test_the_costs_of_supports_are_printed_as_ratios(capsys):
     arguments = ["kowalewski", "--rounds", "1", "--share", "0.01", "--digits", "16", "30"]
     assert support_costs.main(arguments) == 0
     rows = re.findall(
@@ -71,6 +71,6 @@ def test_a_cost_of_a_support_is_refused_for_an_unknown_body():
         support_costs.main(["unknown"])
 
 
-def test_every_verb_agrees_with_20_digits_on_random_tops(capsys):
+def test_every_function_agrees_with_20_digits_on_random_tops(capsys):
     assert agreement.main(["--tops", "120", "--seed", "8"]) == 0
     assert capsys.readouterr().out.endswith("\n0 disagreements\n")

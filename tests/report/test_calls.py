@@ -1,5 +1,4 @@
-"""Tests of the part on calls: both programs at equal error, and the runs after which compiling pays
-off."""
+"""Tests of the report's part on calls: calls at equal error, and when compiling pays off."""
 
 from math import inf
 
@@ -18,7 +17,7 @@ NAME = "goryachev_chaplygin"
 
 @pytest.fixture(scope="module")
 def findings():
-    """Return the measurements of one scene with few rounds and orders."""
+    """Return the measurements of one scene, with few rounds and orders."""
     return [calls.measure_scene(NAME, 2, (1e-6, 0.0), quick=True)]
 
 
@@ -50,7 +49,7 @@ def test_all_calls_compute_the_same_motion():
     assert all(attitude_error(q, truth) < 1e-9 for q in attitudes)
 
 
-def test_a_run_begins_anew_before_its_times_lose_digits(monkeypatch):
+def test_a_reused_run_restarts_before_its_time_loses_digits(monkeypatch):
     monkeypatch.setattr(calls, "LATEST", 2.5)
     call = calls.make_reused_call(load_problem(NAME).to_scene(), 1.0, 1e-12)
     assert [float(call().t[-1]) for _ in range(5)] == [1.0, 2.0, 3.0, 1.0, 2.0]
@@ -67,8 +66,8 @@ def test_each_order_of_heyoka_has_one_tolerance():
     assert tolerances[-1] == EPS and series_order(EPS) == calls.ORDERS[-1] + 1
 
 
-def test_a_time_is_interpolated_between_the_settings_beside_the_error():
-    """Check a program whose time is the inverse of the fourth root of its error."""
+def test_times_are_interpolated_between_adjacent_settings():
+    """Check a program whose time is proportional to the error to the power -1/4."""
     ladder = [(k, error) for k, error in enumerate((1e-2, 1e-5, 1e-5, 1e-8, 1e-8, 1e-11))]
 
     def time_at(target):
@@ -94,7 +93,7 @@ def make_found(*bands, peak=4e9):
     return [about | {"bands": bands}]
 
 
-def test_ratios_and_the_runs_that_pay_are_computed():
+def test_ratios_and_break_even_runs_are_computed():
     faster, slower = make_band([1e-5, 2e-5, 4e-5], [3e-5] * 3), make_band([3e-5] * 3, [1e-5] * 3)
     assert calls.compare(faster, calls.SOLVE) == pytest.approx((1.5, 3.0))
     assert calls.compare(faster, calls.RUN) == pytest.approx((3.0, 6.0))
@@ -113,8 +112,8 @@ def test_a_run_stays_below_the_peak_of_a_core(findings):
         assert 0.0 < calls.compute_share(scene, band) < 1.0
 
 
-def test_the_products_of_a_series_are_counted():
-    """Count the products of coefficients of a step one by one."""
+def test_the_operations_of_a_series_are_counted():
+    """Compare with an explicit count of the products of coefficients in one step."""
     scene = kr.scenes.goryachev_chaplygin
     path = kr.solve(scene, [0.01], "taylor", tol=1e-3)
     assert path.stats.steps == 1
@@ -132,7 +131,7 @@ def test_without_a_compiler_there_is_no_share(monkeypatch):
     assert "billion operations" not in section["body"]
 
 
-def test_the_page_names_the_processor_and_what_is_not_reached(findings):
+def test_the_page_names_the_processor_and_unreached_errors(findings):
     band = make_band([1e-5] * 3, [3e-5] * 3, function=None)
     section = page.render_section(calls.PART, make_found(band), {"versions": "of today"})
     assert "Abacus, 2 cores; of today. Medians of 3 rounds" in section["body"]

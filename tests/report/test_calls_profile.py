@@ -1,4 +1,4 @@
-"""Tests of the number of Python calls in public functions, and of returns to earlier files."""
+"""Tests of limits on the Python calls of public functions, and on returns to earlier files."""
 
 import pytest
 
@@ -13,7 +13,7 @@ LIMITS = {
 
 
 @pytest.mark.parametrize("case", LIMITS)
-def test_a_verb_takes_few_calls_and_returns(case):
+def test_functions_take_few_calls_and_returns(case):
     calls, _, returns = count_calls(CASES[case]())
     most_calls, most_returns = LIMITS[case]
     assert calls <= most_calls and returns <= most_returns

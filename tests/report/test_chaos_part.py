@@ -24,7 +24,7 @@ def test_the_ten_regions_differ():
     assert kowalewski.REGIONS[3][0] < 1.0 < kowalewski.REGIONS[6][0]
 
 
-def test_the_borders_are_where_critical_values_change_places():
+def test_critical_values_change_their_order_at_the_borders():
     for g, h in kowalewski.region_borders(1.3):
         changes = 0
         inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
@@ -38,7 +38,7 @@ def test_the_borders_are_where_critical_values_change_places():
 
 
 @pytest.mark.parametrize("region", range(10))
-def test_the_least_and_greatest_K_are_critical(region):
+def test_the_least_and_greatest_k_are_critical(region):
     g, h = kowalewski.REGIONS[region]
     words = {"energy": h, "vertical": kowalewski.vertical_momentum(g)}
     tops = kr.starts(kowalewski.BODY, n=20000, **words)
@@ -48,7 +48,7 @@ def test_the_least_and_greatest_K_are_critical(region):
     assert 0.98 * values[-1] < K.max() <= values[-1]
 
 
-def test_swings_change_the_momentum_as_melnikov_says():
+def test_swings_change_the_momentum_as_melnikov_predicts():
     assert melnikov.lowest_scene().body.kind == "lagrange"
     assert kr.exact(melnikov.lowest_scene()).period > 30.0 / melnikov.ESCAPE
     for row in part.measure_layer(60):
@@ -58,7 +58,7 @@ def test_swings_change_the_momentum_as_melnikov_says():
         assert 0.2 < row["half_width"] / row["predicted"] < 4.0
 
 
-def test_the_integral_is_that_of_finer_points(monkeypatch):
+def test_the_melnikov_integral_has_converged(monkeypatch):
     coarse = melnikov.melnikov_amplitude()
     melnikov.melnikov_amplitude.cache_clear()
     monkeypatch.setattr(melnikov, "POINTS", 12001)
@@ -66,15 +66,15 @@ def test_the_integral_is_that_of_finer_points(monkeypatch):
     melnikov.melnikov_amplitude.cache_clear()
 
 
-def test_a_section_of_kowalewskis_top_has_every_K():
+def test_a_kowalewski_section_covers_all_values_of_k():
     section = section_data.compute_kowalewski_section(4, 30, 5)
     K = section.kowalewski.reshape(30, 5)
     assert np.ptp(K, axis=1).max() < 1e-11 * K.max()
     assert np.diff(K[:, 0] ** 0.25).max() < 0.15 * K.max() ** 0.25
 
 
-def test_frequencies_tell_regular_motions():
-    """Check that most motions of the top whose moments are 2 % apart are regular.
+def test_frequencies_identify_regular_motions():
+    """Check that most motions of a nearly symmetric top (moments 2 % apart) are regular.
 
     Also check that all orbits in a chain of islands have the same rotation number.
     """
@@ -83,7 +83,7 @@ def test_frequencies_tell_regular_motions():
     assert frequency_data.largest_frequency_error(4) < 1e-12
 
 
-def test_exponents_part_order_from_chaos():
+def test_exponents_separate_order_from_chaos():
     regular, chaotic = (
         lyapunov_exponents.summarize_exponents(name, 12) for name in ("a Lagrange top", "40 %")
     )
@@ -92,7 +92,7 @@ def test_exponents_part_order_from_chaos():
     assert 0.0 < chaotic["error"] < 0.05 and chaotic["certificate"] < 1e-12
 
 
-def test_the_map_is_empty_where_nothing_moves():
+def test_the_map_is_empty_where_no_motion_exists():
     values = lyapunov_exponents.map_exponents(5)
     energies = np.linspace(*lyapunov_exponents.ENERGIES, 5)
     verticals = np.linspace(*lyapunov_exponents.VERTICALS, 5)
@@ -118,7 +118,7 @@ def findings():
     }
 
 
-def test_what_is_shown_and_concluded(findings):
+def test_the_part_shows_its_figures_and_conclusion(findings):
     shown = part.build_context(findings)
     pictures = [
         shown["order"],
@@ -147,7 +147,7 @@ def test_what_is_shown_and_concluded(findings):
     assert len(list(csv.DictReader(io.StringIO(files["layer.csv"])))) == len(part.SMALL)
 
 
-def test_what_is_not_found_yet_is_left_out(findings):
+def test_missing_findings_are_omitted(findings):
     few = {"order": findings["order"]}
     shown = part.build_context(few)
     assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None

@@ -62,8 +62,8 @@ class Run:
         self.seconds, self.attitude_error = seconds, error
 
 
-def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatch):
-    """Check that each label repeats the colour and the marker of the line that it names."""
+def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
+    """Check that each label has the colour and the marker of its line."""
     drawn = []
     monkeypatch.setattr(
         cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"

@@ -11,7 +11,7 @@ from validation.references.problems import HORIZONS, SHORT, load_problem
 
 
 @pytest.mark.parametrize("name", HORIZONS)
-def test_the_truths_agree_within_the_conditioning_and_the_sentence_says_so(name):
+def test_references_agree_within_the_conditioning(name):
     kept = reference.load_truth(name, SHORT)
     line = {
         "scene": name,
@@ -41,7 +41,7 @@ def conclude(found):
     return atlas.conclude(atlas.Atlas(found, []))
 
 
-def test_the_verdict_on_the_atlas_counts_what_is_there():
+def test_the_conclusion_on_the_atlas_counts_verdicts():
     said = conclude(
         [
             cell("a", "right", shown_by=""),
@@ -64,7 +64,7 @@ def run(scene, method, seconds):
     return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
 
 
-def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
+def test_similar_times_are_a_tie():
     """Check the conclusions for a win, two ties, a loss, and a scene that only kreisel solves."""
     rows = []
     for scene, own, peer in (
@@ -95,8 +95,8 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
     )
 
 
-def test_a_compilation_is_paid_by_faster_runs_alone():
-    """Check a scene on which heyoka gains 0.25 s in each run, one on which it loses, and none."""
+def test_only_faster_runs_recover_the_compile_time():
+    """Check three cases: heyoka gains 0.25 s per run, heyoka is slower, or heyoka does not run."""
     rows = [run("lost", "taylor", 1.25), run("won", "taylor", 0.5)]
     peers = [run("lost", "heyoka", 1.0), run("won", "heyoka", 1.0)]
     for peer in peers:
@@ -109,7 +109,7 @@ def test_a_compilation_is_paid_by_faster_runs_alone():
     assert workprecision.describe_payment(rows, ["lost", "won"]) == ""
 
 
-def test_what_is_left_out_is_said_and_measured():
+def test_omissions_are_listed_and_measured():
     found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}
     assert set(found["plans"]) == {"all", "level"} and all(

@@ -1,4 +1,4 @@
-"""Tests that killed writers leave intact files, and that the test detects a partly written file."""
+"""Tests that killed writers leave intact files, and that a partly written file is detected."""
 
 import random
 
@@ -18,7 +18,7 @@ def writers(tmp_path_factory):
     }
 
 
-def test_no_writer_is_forgotten(writers):
+def test_every_writer_is_tested(writers):
     assert list(writers) == KINDS
 
 
@@ -29,7 +29,7 @@ def test_a_killed_writer_leaves_the_old_file_or_a_new_one(writers, kind):
     assert not found[crash_safety.TORN] + found[crash_safety.STRANGE] + found[crash_safety.ENDED]
 
 
-def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
+def test_files_written_in_place_are_detected_as_torn(tmp_path):
     ways = [lambda file, n=n: file.write_bytes(b"x" * n) for n in (1 << 24, (1 << 24) + 1)]
     chance = random.Random(1)
     tries = (crash_safety.count_outcomes(tmp_path / "file", ways, 12, chance) for _ in range(50))

@@ -1,4 +1,4 @@
-"""Tests of the comparison of ensembles: all programs compute the same motions at equal errors."""
+"""Tests of the comparison of ensembles: all programs must compute the same motions."""
 
 import csv
 import re
@@ -28,7 +28,7 @@ def problem_of(tops, k):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_more_tops_begin_with_the_same(kind):
+def test_larger_ensembles_begin_with_the_same_tops(kind):
     few, more = tops_of.draw_tops(kind, 3), tops_of.draw_tops(kind, 20)
     assert np.array_equal(few.momenta, more.momenta[:3])
     assert np.array_equal(few.starts, more.first(3).starts)
@@ -36,7 +36,7 @@ def test_more_tops_begin_with_the_same(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_truths_are_those_of_heyoka_in_128_bit(kind):
+def test_references_agree_with_heyoka_in_128_bit(kind):
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, q in enumerate(tops_of.compute_truths(tops)):
         (true,) = reference.integrate_states(problem_of(tops, k), [tops.end])
@@ -44,7 +44,7 @@ def test_the_truths_are_those_of_heyoka_in_128_bit(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_peers_start_where_the_tops_do(kind):
+def test_other_integrators_start_from_the_same_states(kind):
     tops = tops_of.draw_tops(kind, 2)
     for k in range(2):
         start = [float(x) for x in equations.start_state(problem_of(tops, k))]
@@ -52,8 +52,8 @@ def test_the_peers_start_where_the_tops_do(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_conditioning_is_that_of_the_references(kind):
-    """Compare with the conditioning of the references, which is larger, as it includes the body."""
+def test_conditioning_agrees_with_the_references(kind):
+    """Compare with the conditioning of the references, which also varies the body."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -61,8 +61,8 @@ def test_conditioning_is_that_of_the_references(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
-    """Check that results keep the order of the tops if eleven tops leave lanes unused."""
+def test_every_program_returns_the_tops_in_order(kind):
+    """Check that results keep the order of the tops if eleven tops leave some lanes unused."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for who in ensemble_runs.select_movers(tops):
@@ -83,14 +83,14 @@ def runs(errors, seconds):
 STRAIGHT = runs([1e-2, 1e-6, 1e-10], [[1.0, 10.0], [2.0, 20.0], [4.0, 40.0]])
 
 
-def test_times_are_read_off_between_settings():
+def test_times_are_interpolated_between_settings():
     assert equal_error.seconds_at(1e-6, STRAIGHT) == pytest.approx([2.0, 20.0])
     assert equal_error.seconds_at(1e-4, STRAIGHT) == pytest.approx([2**0.5, 10 * 2**0.5])
     assert equal_error.seconds_at(1.0, STRAIGHT) == pytest.approx([1.0, 10.0])
     assert all(isnan(s) for s in equal_error.seconds_at(0.9e-10, STRAIGHT))
 
 
-def test_a_lucky_error_and_a_dear_one_do_not_count():
+def test_accidentally_small_errors_and_slow_settings_do_not_count():
     lucky = runs([1e-7, 1e-6, 1e-10, 1e-10], [[1.0], [2.0], [4.0], [9.0]])
     assert equal_error.seconds_at(1e-7, lucky) == pytest.approx([4**0.25]), "1e-6 is its error"
     assert equal_error.seconds_at(1e-10, lucky) == pytest.approx([4.0])
@@ -106,8 +106,8 @@ def test_ratios_are_medians_of_rounds():
     )
 
 
-def test_the_tightest_error_is_reached_by_both():
-    """Check the common error of programs whose smallest error is not at the tightest setting."""
+def test_the_tightest_common_error_is_reached_by_both_programs():
+    """Check the common error of programs whose smallest error is not at their tightest setting."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)
@@ -115,7 +115,7 @@ def test_the_tightest_error_is_reached_by_both():
     assert target == pytest.approx(equal_error.NEAR * 6e-10)
 
 
-def test_the_map_shows_where_a_top_sleeps():
+def test_the_map_shows_sleeping_tops():
     found = part.compute_sleeping_map(9)
     spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
@@ -125,7 +125,7 @@ def test_the_map_shows_where_a_top_sleeps():
     assert (found[spins > 4, 0] < 0.01).all() and (found[spins < 4, 0] > 1.0).all()
 
 
-def test_the_program_holds_members_against_their_single_runs(capsys):
+def test_the_benchmark_compares_members_with_single_runs(capsys):
     assert bench.main(["threads", "large", "single", "--quick"]) == 0
     lines = capsys.readouterr().out.splitlines()
     singles = [line for line in lines if "single" in line]
@@ -134,7 +134,7 @@ def test_the_program_holds_members_against_their_single_runs(capsys):
     assert sum("peak memory" in line for line in lines) == 1
 
 
-def test_a_figure_is_graded_by_its_bounds(capsys):
+def test_figures_are_graded_by_their_bounds(capsys):
     bench.print_grade("more", 2.5, 2.2, 3)
     bench.print_grade("most", 3.5, 2.2, 3)
     bench.print_grade("too few", 2.1, 2.2, 3)
@@ -151,7 +151,7 @@ def quick(tmp_path_factory):
     return out
 
 
-def test_the_report_writes_who_moved_tops(quick):
+def test_the_report_writes_the_programs_to_csv(quick):
     with (quick / "ensembles.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == part.COLUMNS
@@ -162,7 +162,7 @@ def test_the_report_writes_who_moved_tops(quick):
     assert all(float(row["microseconds"]) > 0 for row in rows)
 
 
-def test_the_report_shows_who_moved_tops_and_the_map(quick):
+def test_the_report_shows_the_programs_and_the_map(quick):
     page = (quick / "index.html").read_text()
     section = page.split('id="ensembles"')[1]
     assert section.count("<svg") == len(KINDS) + 1
@@ -170,7 +170,7 @@ def test_the_report_shows_who_moved_tops_and_the_map(quick):
     assert "tops from t = 0 to 100 with a median error of" in re.sub(r"\s+", " ", page)
 
 
-def test_the_ratio_of_the_least_times_ignores_disturbed_rounds():
+def test_the_ratio_of_shortest_times_ignores_disturbed_rounds():
     own, peer = (
         [Run("", "", 1, error, error, error, seconds) for error in (1e-3, 1e-6)]
         for seconds in ([1.0, 9.0], [8.0, 2.0])

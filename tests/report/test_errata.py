@@ -28,18 +28,18 @@ STATED = {  # the error of the text, to within a tenth, and the largest error of
 ALL = {erratum.number: erratum for erratum in chapter.compute_errata()}
 
 
-def test_all_fifteen_are_there():
+def test_all_fifteen_errata_exist():
     assert set(ALL) == set(STATED) == set(range(1, 16))
 
 
 @pytest.mark.parametrize("number", STATED)
-def test_the_text_is_wrong_and_the_correction_holds(number):
+def test_the_printed_text_is_wrong_and_the_correction_is_right(number):
     wrong, right = STATED[number]
     assert ALL[number].text == pytest.approx(wrong, rel=0.1)
     assert ALL[number].right <= right
 
 
-def test_c_does_not_become_right_with_smaller_steps():
+def test_the_error_of_c_does_not_vanish_with_the_step():
     tilted = errata_maps.TILTED
     text, right = (
         [
@@ -51,7 +51,7 @@ def test_c_does_not_become_right_with_smaller_steps():
     assert abs(text[1] / text[0] - 1) < 0.1 and right[1] / right[0] == pytest.approx(0.5, rel=0.1)
 
 
-def test_c_is_not_seen_in_the_scene_of_the_thesis():
+def test_the_error_of_c_has_no_effect_in_the_scene_of_the_thesis():
     """Check that the erratum on c has no effect on the scene of the thesis.
 
     In this scene a0 = e3, hence <m, p> / g equals <m, a>, and g = p = 1 before scaling.
@@ -63,25 +63,25 @@ def test_c_is_not_seen_in_the_scene_of_the_thesis():
 @pytest.mark.parametrize(
     "scene", [errata_maps.SCALED, errata_maps.TILTED], ids=["upright", "tilted"]
 )
-def test_the_run_of_theorem_42_is_the_theorem_word_by_word(scene):
+def test_the_run_of_theorem_42_follows_the_theorem_literally(scene):
     path = solve_theorem42(scene, 0.05, 5.0).path
     for form in 1, 2:
         assert kr.attitude_error(su2.run_theorem42(scene, 0.05, 5.0, form=form), path.q[-1]) < 1e-11
 
 
-def test_right_multiplication_is_no_way_out_either():
+def test_right_multiplication_does_not_correct_theorem_42():
     q = su2.run_theorem42(errata_maps.TILTED, 0.02, 20.0, side="right")
     assert errata_maps.attitude_error_at(q, errata_maps.TILTED, 20.0) > 0.5
 
 
-def test_the_matrix_of_theorem_34_is_no_rotation():
+def test_the_matrix_of_theorem_34_is_not_a_rotation():
     axis = np.array((2, -1, 2)) / 3
     text = np.cos(0.35) * su2.ID + np.sin(0.35) * su2.to_matrix(axis)
     assert np.linalg.det(text).real == pytest.approx(0.91, abs=0.005)
     assert np.linalg.det(su2.rotation_matrix(axis, 0.7)).real == pytest.approx(1, abs=1e-15)
 
 
-def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
+def test_the_first_terms_of_h_eps_are_the_energy_up_to_a_constant():
     course = solve_truth(errata_maps.TILTED, np.linspace(0, 10, 11))
     path = course.path
     alpha, g = path.scene.body.moments[2], path.scene.body.mass * path.scene.gravity
@@ -90,7 +90,7 @@ def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
     assert constant > 1e-3 and path.energy - terms == pytest.approx(constant, abs=1e-9)
 
 
-def test_inverse_and_change_do_not_commute():
+def test_inverse_and_derivative_do_not_commute():
     """Check the proof of theorem 3.5, which contains (Phi')^-1 instead of (Phi^-1)'."""
     h, a = 1e-5, np.array((2, -1, 2)) / 3
     before, now, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
@@ -105,8 +105,11 @@ def test_inverse_and_change_do_not_commute():
     [{"method": "rk4", "step": 0.1}, {"method": "extrap", "tol": 1e-6}],
     ids=["rk4", "extrap"],
 )
-def test_one_step_methods_need_no_past(words):
-    """Check that restarts do not reduce the accuracy, as they would in a multi-step method."""
+def test_restarts_do_not_reduce_the_accuracy_of_one_step_methods(words):
+    """Check that restarts do not reduce the accuracy.
+
+    Restarts would reduce the accuracy of a multi-step method.
+    """
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
@@ -117,7 +120,7 @@ def test_runge_kutta_has_four_stages():
     assert course.evaluations == 4 * course.steps == 40
 
 
-def test_g_is_constant_for_level_momenta_only():
+def test_g_is_constant_only_for_horizontal_momenta():
     """Check that G is constant for horizontal momenta, and varies for other momenta.
 
     The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis.

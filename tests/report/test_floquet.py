@@ -1,4 +1,4 @@
-"""Tangents of the closed form, compared with those of a series with 20 digits."""
+"""Tangents of closed forms by Floquet's theorem, compared with a Taylor series of 20 digits."""
 
 import kreisel as kr
 import numpy as np
@@ -33,7 +33,7 @@ TOPS = {
 
 
 @pytest.mark.parametrize("name", TOPS)
-def test_the_closed_forms_derivative_is_the_tangents(name):
+def test_tangents_agree_with_differences_of_the_closed_form(name):
     t = [0.0, 3.0, 60.0]
     told = floquet_tangents(TOPS[name], [60.0, 0.0, -20.0, 3.0])
     series = kr.solve(TOPS[name], t, digits=20, tangents="start").tangents
@@ -43,14 +43,14 @@ def test_the_closed_forms_derivative_is_the_tangents(name):
         assert np.abs(ours - theirs).max() <= 1e-12 * max(1.0, np.abs(theirs).max())
 
 
-def test_far_away_it_is_as_exact():
+def test_tangents_are_accurate_at_late_times():
     for name in ("thesis", "cusps", "free", "steady", "sleeping"):
         told = floquet_tangents(TOPS[name], 2000.0)[0]
         series = kr.solve(TOPS[name], [2000.0], digits=30, tangents="start").tangents[0]
         assert np.abs(told - series).max() <= 4e-15 * np.abs(series).max()
 
 
-def test_the_tangents_of_two_ways_are_those_of_both():
+def test_tangents_of_consecutive_intervals_multiply():
     for name in ("thesis", "free"):
         top = kr.exact(TOPS[name])
         first, all_of_it = floquet_tangents(top.scene, [5e5, 1e6])
@@ -77,7 +77,7 @@ def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
 
 
 @pytest.mark.parametrize("t", [1e5, -1e7])
-def test_a_tangent_that_no_double_holds_is_refused(t):
+def test_an_overflowing_tangent_is_refused(t):
     with pytest.raises(ValueError, match="a tangent has grown beyond what doubles hold"):
         floquet_tangents(TOPS["at_rest"], [1.0, t])
 
@@ -88,7 +88,7 @@ def test_a_free_body_at_rest_has_no_period():
         floquet_tangents(rest, [1.0])
 
 
-def test_times_within_the_first_period_need_no_tangents_of_a_whole_one():
+def test_times_within_the_first_period_need_no_tangents_of_a_period():
     body = kr.Body(1.0, (1.2, 1.2, 1.1), (0.0, 0.0, 1.5), unphysical=True)
     slow = kr.Scene(body, momentum=(0.0, 0.0, -0.03))
     for t in (-0.43, 0.43, -3.0):

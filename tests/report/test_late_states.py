@@ -1,4 +1,4 @@
-"""Times of late states by closed forms on a torus, in the report."""
+"""The report's table of times in which closed forms on a torus compute one late state."""
 
 from types import SimpleNamespace
 
@@ -29,7 +29,7 @@ def test_a_late_state_is_measured_against_128_bit():
     assert f"miss the ratio by {found['mismatch']:.0e}" in said
 
 
-def test_without_measurement_nothing_is_said():
+def test_without_measurements_the_sentence_is_empty():
     assert late_states.describe_late_state(None) == ""
 
 

@@ -1,4 +1,4 @@
-"""Tests of the part on many starts, and of the advice at the head of the report."""
+"""Tests of the part on many starts, and of the advice at the top of the report."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -38,7 +38,10 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_found(times, scene="thesis"):
-    """Return findings of one scene from {program: times of its starts}, infinite if it fails."""
+    """Return findings of one scene from {program: times of its starts}.
+
+    A time is infinite if the program fails.
+    """
     runs = [
         {"scene": scene, "start": i, "program": program, "seconds": t, "attitude_error": 1e-13}
         for program, own in times.items()
@@ -49,10 +52,10 @@ def make_found(times, scene="thesis"):
     return {"scene": scene, "starts": starts, "compiling": [0.5], "runs": runs}
 
 
-def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
-    """Check ratios of medians, where three quarters of the starts reach the error.
+def test_the_conclusion_states_the_ratios_of_the_figure():
+    """Check ratios of medians if three quarters of the starts reach the error.
 
-    GSL and SciPy fail on half of the starts, which the conclusion says.
+    GSL and SciPy fail on half of the starts, and the conclusion must mention the failures.
     """
     programs = list(many_starts.list_programs())
     titles = list(many_starts.list_programs().values())
@@ -72,7 +75,7 @@ def test_the_conclusion_has_the_ratios_of_the_figure_for_each_group():
     assert "digits" not in said
 
 
-def test_the_conclusion_tells_what_more_digits_reach():
+def test_the_conclusion_states_the_share_reached_with_more_digits():
     times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
     found = [make_found(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
     said = many_starts.conclude(found)
@@ -85,7 +88,7 @@ def test_a_measured_scene_has_runs_with_more_digits(findings):
     assert len(scene["precise"]) == scene["starts"] and max(scene["precise"]) < 1e-13
 
 
-def test_tolerances_are_those_of_the_runs():
+def test_the_text_states_the_tolerances_of_the_runs():
     runs = [{"runs": [{"tol": 1e-3}, {"tol": 1e-8}]}, {"runs": [{"tol": 1e-5}]}]
     assert many_starts.find_tolerances(runs) == (1e-3, 1e-8)
 
@@ -102,7 +105,7 @@ def make_row(scene, method, seconds, step=None):
 
 
 def test_the_advice_names_the_winner_of_each_group_with_its_ratios():
-    """Check the advice for two scenes, of which each method of kreisel wins one."""
+    """Check the advice for two scenes, each of which a different method of kreisel wins."""
     scenes = {"thesis": ("exact", 1e-6), "asymmetric": ("taylor", 1e-5)}
     rows = []
     for scene, (method, seconds) in scenes.items():

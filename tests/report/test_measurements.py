@@ -19,7 +19,7 @@ def row(error, energy, seconds):
     return scene_runs.Measurement("thesis", 1.0, "m", False, **known)
 
 
-def test_a_lucky_zero_does_not_win():
+def test_accidentally_small_errors_do_not_win():
     lucky, honest, finer = row(1e-13, 1e-13, 1), row(5e-7, 1e-8, 2), row(1e-8, 1e-9, 3)
     assert fastest.fastest_reaching([lucky, honest, finer], 1e-6) is lucky
     assert fastest.fastest_reaching([lucky, honest, finer], 1e-9) is None, (
@@ -33,7 +33,7 @@ def test_a_lucky_zero_does_not_win():
     assert fastest.fastest_reaching([closed_form], 1e-6) is closed_form
 
 
-def test_an_interruption_keeps_what_was_measured():
+def test_an_interruption_keeps_measurements():
     calls = []
 
     def call():
@@ -45,7 +45,7 @@ def test_an_interruption_keeps_what_was_measured():
     assert interrupted and [len(own) for own in samples] == [2, 2]
 
 
-def test_what_was_found_is_kept_and_not_found_again(tmp_path):
+def test_findings_are_stored_and_not_recomputed(tmp_path):
     made = []
 
     def make(i):
@@ -71,7 +71,7 @@ def test_what_was_found_is_kept_and_not_found_again(tmp_path):
     assert ResultStore(tmp_path / "findings.jsonl", ["another machine"]).known == {}
 
 
-def test_a_report_without_a_terminal_tells_each_tenth_of_its_way():
+def test_a_report_without_a_terminal_prints_progress_in_tenths():
     console = Console(file=StringIO(), width=80)
     with make_progress(console) as bar:
         task = bar.add_task("", total=40.0)
@@ -84,7 +84,7 @@ def test_a_report_without_a_terminal_tells_each_tenth_of_its_way():
     assert len(lines) == 11 and "100 %" in lines[10]
 
 
-def test_findings_after_a_line_that_was_cut_are_kept(tmp_path):
+def test_findings_after_a_truncated_line_are_kept(tmp_path):
     file = tmp_path / "findings.jsonl"
     ResultStore(file, ["as before"]).put("a", 1)
     with file.open("a") as out:
@@ -94,7 +94,7 @@ def test_findings_after_a_line_that_was_cut_are_kept(tmp_path):
 
 
 @pytest.mark.parametrize("call", ["fsync", "replace"])
-def test_a_page_is_put_whole_or_not_at_all(tmp_path, monkeypatch, call):
+def test_files_are_written_atomically(tmp_path, monkeypatch, call):
     file = tmp_path / "index.html"
     write_atomic(file, "old")
 

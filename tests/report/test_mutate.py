@@ -50,7 +50,7 @@ def changes_of(mutants):
     return {(mutant.line, mutant.change) for mutant in mutants}
 
 
-def test_a_c_source_is_changed_where_it_computes():
+def test_c_mutants_change_computations():
     assert changes_of(mutate_c.list_mutants("sums.c", SOURCE)) == {
         (5, "> -> >="),
         (5, "> -> <"),
@@ -82,7 +82,7 @@ def test_a_c_source_is_changed_where_it_computes():
         ),
     ],
 )
-def test_what_is_changed_in_c(line, changes):
+def test_mutations_of_c(line, changes):
     text = f"void f(int a)\n{{\n{line}\n}}\n"
     found = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
     assert found == changes
@@ -99,11 +99,11 @@ def test_what_is_changed_in_c(line, changes):
         ("raise E('a' + b)", {"+ -> -", "raise E('a' + b) -> pass"}),
     ],
 )
-def test_what_is_changed_in_python(line, changes):
+def test_mutations_of_python(line, changes):
     assert {mutant.change for mutant in mutate_python.list_mutants("f.py", line + "\n")} == changes
 
 
-def test_more_points_begin_with_those_of_fewer():
+def test_larger_samples_begin_with_smaller_ones():
     mutants = mutate_c.list_mutants("sums.c", SOURCE)
     assert draw_sample(mutants, 1, 5)[:3] == draw_sample(mutants, 1, 3) and len({*mutants}) == 6
     assert draw_sample(mutants, 1, 100) != draw_sample(mutants, 2, 100)
@@ -118,7 +118,7 @@ def test_a_mutant_is_written_and_undone(tmp_path):
     assert file.read_text() == "a + b"
 
 
-def test_the_ledger_outlives_a_cut_line(tmp_path):
+def test_the_log_survives_a_truncated_line(tmp_path):
     mutant = Mutant("f.c", "a + b", 2, 3, "-")
     TrialLog(tmp_path / "l").add(mutant, "killed", "test", 1.0)
     with (tmp_path / "l").open("a") as file:
@@ -149,7 +149,7 @@ def table_of(side, tree, capsys, *words):
     return capsys.readouterr().out
 
 
-def test_the_core_of_a_small_tree(tree, capsys):
+def test_mutants_of_the_core_of_a_small_tree(tree, capsys):
     need("gcc")
     said = table_of("core", tree, capsys)
     assert "6 mutants, 6 to try" in said
@@ -160,14 +160,14 @@ def test_the_core_of_a_small_tree(tree, capsys):
     assert (tree / "csrc/sums.c").read_text() == SOURCE
 
 
-def test_verdicts_are_kept_for_the_next_run(tree, capsys):
+def test_verdicts_are_reused_by_the_next_run(tree, capsys):
     need("gcc")
     table_of("core", tree, capsys, "--jobs", "2")
     said = table_of("core", tree, capsys)
     assert "6 mutants, 0 to try" in said and "40.0 % of 5" in said
 
 
-def test_the_package_of_a_small_tree(tree, capsys):
+def test_mutants_of_the_package_of_a_small_tree(tree, capsys):
     pytest.importorskip("coverage")
     said = table_of("package", tree, capsys)
     survived = {line.split("  ", 1)[1] for line in said.splitlines() if "survived: " in line}

@@ -1,4 +1,4 @@
-"""Tests that the report includes a new method although no file of the report changes."""
+"""Tests that the report includes a new method without a change to any file of the report."""
 
 import ast
 from dataclasses import fields
@@ -40,7 +40,7 @@ NEW = "of_a_later_day"
 
 
 class Newcomer(kr.Method):
-    """The method suzuki4 under an unknown name."""
+    """The method suzuki4 under a new name."""
 
     def suits(self, scene):
         return kr.methods["suzuki4"].suits(scene)
@@ -58,7 +58,7 @@ def newcomer(monkeypatch):
     monkeypatch.setitem(kr.methods, NEW, Newcomer(**words | {"name": NEW}))
 
 
-def test_a_method_of_a_later_day_is_everywhere(newcomer):
+def test_a_new_method_appears_everywhere(newcomer):
     case = next(case for case in atlas_cases.gravity_cases())
     assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
     assert NEW in {line["method"] for line in stiff_needle.measure_needle()}
@@ -79,7 +79,7 @@ def test_every_method_is_in_one_family_or_a_peer():
 
 
 @pytest.mark.parametrize("file", MACHINERY, ids=lambda file: file.stem)
-def test_the_machinery_knows_no_method_by_name(file):
+def test_general_files_name_no_method(file):
     words = {
         node.value
         for node in ast.walk(ast.parse(file.read_text()))

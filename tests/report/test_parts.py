@@ -1,4 +1,4 @@
-"""Tests that a new part of the report needs only a file, its template and a line in contents.py."""
+"""Tests that a new part of the report needs only a file, a template and a line in contents.py."""
 
 import csv
 import os
@@ -81,7 +81,7 @@ def tree(tmp_path_factory):
 
 
 def report(tree, *words):
-    """Return the output of the report in the copy."""
+    """Return the output of the report that is run in the copy."""
     command = [sys.executable, "-m", "validation", *words]
     wide = os.environ | {"COLUMNS": "200"}
     done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)
@@ -103,11 +103,11 @@ def test_a_new_part_touches_three_files(tree):
     }
 
 
-def test_the_command_line_knows_a_new_part(tree):
+def test_the_command_line_lists_a_new_part(tree):
     assert "published, fits, headcount, omissions" in report(tree, "--help")
 
 
-def test_a_new_part_is_told_written_and_shown(output):
+def test_a_new_part_is_printed_written_and_shown(output):
     said, out = output
     assert f"counted {len(kr.methods)} heads" in said
     with (out / "heads.csv").open(newline="") as file:
@@ -121,7 +121,7 @@ def test_a_new_part_is_told_written_and_shown(output):
     assert all(f"<li>{name}</li>" in section for name in kr.methods)
 
 
-def test_parts_that_found_nothing_are_not_shown(output):
+def test_parts_without_findings_are_not_shown(output):
     _, out = output
     page = (out / "index.html").read_text()
     others = [part for part in PARTS if f'id="{part.name}"' in page]
@@ -132,7 +132,7 @@ def test_parts_that_found_nothing_are_not_shown(output):
     }
 
 
-def test_a_part_that_is_not_asked_for_does_not_run(tree, output):
+def test_parts_that_are_not_requested_do_not_run(tree, output):
     _, out = output
     shutil.copytree(out, tree / "again")
     kept = (tree / "again/findings-quick.jsonl").read_text()
@@ -148,7 +148,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
-def test_the_report_names_no_part(file):
+def test_general_files_name_no_part(file):
     """Check that files that loop over all parts contain no name and no title of a part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}

@@ -1,7 +1,7 @@
 """Tests that the atlas detects faults that are added to every method.
 
-Such a result must get the verdict "wrong in silence", because a user cannot observe an error that
-both runs share.
+A result with such a fault must get the verdict "wrong in silence". A user cannot observe an error
+that both runs share.
 """
 
 import re
@@ -126,13 +126,13 @@ def silent(cell):
 
 
 @pytest.mark.parametrize("family", ALL)
-def test_sound_runs_are_not_silent(family):
+def test_runs_without_faults_are_not_silent(family):
     assert not [name for name, cell in find_cells(family)["sound"].items() if silent(cell)]
 
 
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
-def test_what_both_runs_are_off_by_is_silent(family, fault):
+def test_faults_in_both_runs_are_silent(family, fault):
     """Check that a fault in both runs is "wrong in silence" if it far exceeds the method's error.
 
     Faults within the requested tolerance are exceptions.
@@ -151,15 +151,15 @@ def test_what_both_runs_are_off_by_is_silent(family, fault):
 
 
 @pytest.mark.parametrize("family", ALL)
-def test_what_grows_with_the_error_is_never_silent(family):
+def test_faults_proportional_to_the_error_are_never_silent(family):
     sound, faulty = find_cells(family)["sound"], find_cells(family)["tenfold"]
     for name, cell in sound.items():
         if cell["shown"] < 0.01 and cell["verdict"] not in verdicts.MET:
             assert not silent(faulty[name]), name
 
 
-def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """Check that the verdict mentions the large step if a turn has only two steps."""
+def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
+    """Check that the verdict mentions the large step if there are only two steps per turn."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -173,7 +173,7 @@ def earlier(scene, times, share):
 
 
 def jumping(name, fault):
-    """Return a closed form to which a fault is added.
+    """Return a closed form with an added fault.
 
     The fault is a function that takes (scene, times, attitudes).
     """
@@ -189,7 +189,7 @@ def jumping(name, fault):
 def late():
     """Return the cells of closed forms at a late time, as {fault: cell}.
 
-    An additional fault is a relative error of the time.
+    One additional fault is a relative error of the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
@@ -199,13 +199,13 @@ def late():
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
-def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
-    """Check that late faults are "wrong in silence" unless rounding of the start explains them."""
+def test_faults_of_closed_forms_are_silent_at_late_times(fault):
+    """Check that late faults are "wrong in silence" unless initial rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert silent(late()[fault]) != told_by_data
 
 
-def test_nobody_is_right_at_times_that_no_double_tells():
+def test_all_methods_refuse_unresolvable_times():
     """Check that every method refuses a time at which doubles cannot resolve the attitude.
 
     A run that ends at a fraction of the time must be called lost.

@@ -11,7 +11,7 @@ from toolbox import need
 from validation.report import page_picture, section_picture, sweep_picture
 
 
-def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
+def test_the_sweep_picture_resumes_an_existing_sweep(tmp_path):
     spins, tilts = np.linspace(0.0, 8.0, 5), np.linspace(0.1, 1.5, 3)
     found = sweep_picture.run_sweep(tmp_path / "runs", spins, tilts)
     assert found.dims == ("spin", "tilt") and found.shape == (5, 3)
@@ -28,7 +28,7 @@ def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 
-def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
+def test_the_section_picture_shows_all_tops_at_their_energy(tmp_path):
     found = section_picture.compute_sections(tops=4, points=5)
     for gravity, cuts in found.items():
         assert sorted(cuts.top) == sorted([0, 1, 2, 3] * 5), gravity
@@ -37,7 +37,7 @@ def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
     assert (tmp_path / "section.png").stat().st_size > 10_000
 
 
-def test_the_page_is_photographed(tmp_path):
+def test_the_viewer_picture_is_rendered(tmp_path):
     need("chromium", "npm")
     # Runs in a separate process. A process can run only one playwright, and the tests of the viewer
     # may already use it in this process.

@@ -1,4 +1,4 @@
-"""Tests of the reference solutions, recomputed in several ways, and of heyoka and kreisel."""
+"""Tests of the reference solutions, which are recomputed in several ways, heyoka and kreisel."""
 
 import math
 
@@ -26,7 +26,7 @@ def numbers(texts):
         return [mp.mpf(x) for x in texts]
 
 
-def test_a_truth_computed_anew_is_the_one_kept():
+def test_recomputed_references_equal_stored_ones():
     problem = load_problem("thesis")
     kept = reference.load_truth("thesis", SHORT)
     (state,) = reference.integrate_states(problem, [SHORT])
@@ -39,7 +39,7 @@ def test_a_truth_computed_anew_is_the_one_kept():
 
 
 @pytest.mark.parametrize("name, t", TIMES)
-def test_truths_keep_what_a_top_keeps(name, t):
+def test_references_conserve_the_integrals_of_a_top(name, t):
     problem, kept = load_problem(name), reference.load_truth(name, t)
     state = numbers(kept["attitude"] + kept["body_momentum"])
     with mp.workdps(reference.DIGITS):
@@ -57,7 +57,7 @@ def test_truths_keep_what_a_top_keeps(name, t):
     assert 1e-15 < kept["conditioning"] < 1e-10
 
 
-def test_a_truth_of_60_digits_is_that_of_all_others():
+def test_references_of_60_digits_agree_with_all_others():
     exactly = multiprecision.MultiprecisionIntegrator()
     for name in HORIZONS:
         (told,) = exactly(load_problem(name).to_scene(), [SHORT])
@@ -77,14 +77,14 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
 
 
 @pytest.mark.parametrize("way", error_estimates.WAYS)
-def test_a_path_says_what_its_error_is(way):
+def test_error_estimates_of_paths_are_near_the_true_error(way):
     scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
     truth = multiprecision.MultiprecisionIntegrator()(scene, times)
     assert 1 / 3 < error_estimates.estimate_ratio(scene, times, truth, way) < 3
 
 
 @pytest.mark.parametrize("name", HORIZONS)
-def test_truths_by_all_ways_agree_within_the_conditioning(name):
+def test_all_computations_agree_within_the_conditioning(name):
     kept = reference.load_truth(name, SHORT)
     apart = dict(reference.compare_computations(load_problem(name), SHORT, kept))
     assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
@@ -94,7 +94,7 @@ def test_truths_by_all_ways_agree_within_the_conditioning(name):
         assert angle < 10 * kept["conditioning"], way
 
 
-def test_the_conditioning_is_what_a_moved_scene_shows():
+def test_the_conditioning_agrees_with_a_perturbed_scene():
     problem, size = load_problem("asymmetric"), 1e-8
     moved = kr.Scene(
         problem.to_scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude
@@ -109,7 +109,7 @@ def test_the_conditioning_is_what_a_moved_scene_shows():
     )
 
 
-def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
+def test_computed_references_do_not_depend_on_units_or_frame():
     scene = kr.scenes.thesis
     here = reference.compute_truth(problem_of_scene("here", scene), SHORT)
     assert (
@@ -130,21 +130,21 @@ def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
 
 
 @pytest.mark.parametrize("name, t", TIMES)
-def test_heyoka_in_double_agrees_with_the_truth(name, t):
+def test_heyoka_in_double_agrees_with_the_reference(name, t):
     kept = reference.load_truth(name, t)
     run = single_runs.HeyokaRun(load_problem(name), t, single_runs.Setting(tol=single_runs.EPS))
     assert attitude_error(run.solve(), kept["attitude"]) < 100 * kept["conditioning"]
 
 
 @pytest.mark.parametrize("name", HORIZONS)
-def test_extrap_agrees_with_the_truth(name):
+def test_extrap_agrees_with_the_reference(name):
     problem = load_problem(name)
     path = kr.solve(problem.to_scene(), t=SHORT, method="extrap", tol=1e-12)
     assert attitude_error(path.q[-1], reference.load_truth(name, SHORT)["attitude"]) < 1e-8
 
 
 @pytest.mark.parametrize("name", HORIZONS)
-def test_energies_are_those_of_kreisel(name):
+def test_energies_agree_with_kreisel(name):
     problem = load_problem(name)
     path = kr.solve(problem.to_scene(), t=[0, 1, 2, 3])
     kinetic, potential = problem.energies(path.q, path.m)
@@ -163,7 +163,7 @@ def test_collocation_agrees_with_heyoka_in_128_bits(damping):
     assert max(abs(float(x) - float(y)) for x, y in zip(m, truth[4:], strict=True)) < 1e-15
 
 
-def test_collocation_follows_a_decay_at_any_rate():
+def test_collocation_resolves_decay_at_any_rate():
     free = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 0)), velocity=(0, 0, 3), damping=1e9)
     q, m = radau.integrate(problem_of_scene("free", free), [1e-9, 1.0])
     assert m[0, 2] == pytest.approx(3 / math.e, rel=1e-15) and abs(m[1, 2]) < 1e-15

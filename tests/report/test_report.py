@@ -1,4 +1,4 @@
-"""Tests of the report for its own scenes and for scenes of a user.
+"""Tests of the report for its own scenes and for scenes of the user.
 
 No assertion depends on run times.
 """
@@ -92,7 +92,7 @@ def count_folds(page):
     return page.evaluate("document.querySelectorAll('main details:not([open])').length")
 
 
-def test_links_and_printing_open_the_folds(quick, browser):
+def test_links_and_printing_open_folded_sections(quick, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto((quick / "index.html").as_uri())
     folded = count_folds(page)
@@ -119,7 +119,7 @@ def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick, bro
         page.close()
 
 
-def test_the_first_level_is_short(quick, browser):
+def test_the_unfolded_page_is_short(quick, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto((quick / "index.html").as_uri())
     words = page.locator("main").inner_text().split()  # without closed folds
@@ -136,8 +136,8 @@ def test_the_report_writes_the_table_of_the_readme(quick):
     assert len({line.count("|") for line in lines}) == 1
 
 
-def test_the_report_takes_a_scene_of_ones_own(tmp_path):
-    """Check that the errors are small for a user's scene that is not given in principal axes."""
+def test_the_report_accepts_a_scene_of_the_user(tmp_path):
+    """Check that errors are small for a user's scene that is not described in principal axes."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0
@@ -158,7 +158,7 @@ ODD = {
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_the_report_takes_odd_scenes(name, tmp_path):
+def test_the_report_accepts_unusual_scenes(name, tmp_path):
     ODD[name].to_toml(tmp_path / f"{name}.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / f"{name}.toml")]) == 0
     page = (tmp_path / "index.html").read_text()
@@ -168,7 +168,7 @@ def test_the_report_takes_odd_scenes(name, tmp_path):
 
 
 @pytest.mark.parametrize("content", ["", "[body\nmass = 1", "mass = 1"])
-def test_the_report_refuses_what_is_no_scene_by_name(content, tmp_path, capsys):
+def test_invalid_scene_files_are_refused_by_name(content, tmp_path, capsys):
     (tmp_path / "wrong.toml").write_text(content)
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "wrong.toml")]) == 2
     assert "wrong.toml" in capsys.readouterr().out.replace("\n", "")

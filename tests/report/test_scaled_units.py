@@ -11,8 +11,8 @@ CUBOID = THESIS.body
 TIMES = np.linspace(0, 10, 11)
 
 
-def test_scaled_units_are_those_of_the_cuboid():
-    """Check errata 4 and 5: I1, alpha and the lever differ from those printed in 4.2.1."""
+def test_scaled_units_of_the_cuboid_differ_from_the_thesis():
+    """Check errata 4 and 5: I1, alpha and the lever differ from the values printed in 4.2.1."""
     n, t = 0.8, 1.0
     units = scaled_units(CUBOID)
     scaled = units.into(THESIS)
@@ -27,7 +27,7 @@ def test_scaled_units_are_those_of_the_cuboid():
     assert (back.body.mass, back.gravity) == pytest.approx((THESIS.body.mass, 1.0), rel=1e-15)
 
 
-def test_scaled_units_leave_time_and_attitudes():
+def test_scaled_units_do_not_change_times_and_attitudes():
     """Check that scaling changes neither the times nor the attitudes."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
@@ -36,7 +36,7 @@ def test_scaled_units_leave_time_and_attitudes():
     assert kr.attitude_error(one.q[-1], other.q[-1]) < 1e-12
 
 
-def test_the_energy_that_bobenko_suris_keeps_in_the_texts_words():
+def test_h_eps_equals_the_formula_of_the_thesis():
     scaled = scaled_units(CUBOID).into(THESIS)
     step = 0.2
     path = kr.solve(scaled, 100, method="bobenko_suris", step=step, every=1)

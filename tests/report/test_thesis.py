@@ -1,4 +1,4 @@
-"""Tests of the chapter on the thesis: figures, verdicts and their numbers."""
+"""Tests of the chapter on the thesis: figures, verdicts and numbers."""
 
 import re
 
@@ -59,21 +59,21 @@ def page(results):
     return chapter.render_chapter(results, 1.0)
 
 
-def test_every_figure_is_there(page):
+def test_every_figure_exists(page):
     for number in FIGURES:
         assert re.search(rf"<h3>Figure {re.escape(number)}[:(,]", page), number
     assert page.count("<svg") > 50
     assert "currentColor" in page and "#010203" not in page, "the ink is the page's"
 
 
-def test_the_page_stands_alone(page):
+def test_the_page_is_self_contained(page):
     text = re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|\binf\b|Undefined|np\.float", text)
     assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page)
     assert len(page) < 4e6
 
 
-def test_what_does_not_stand_is_a_list_of_links(results, page):
+def test_refuted_sentences_are_listed_as_links(results, page):
     said = chapter.check_sentences(results)
     places = [i for i, sentence in enumerate(said, 1) if not sentence.holds]
     listed = page.split('<h2 id="not">')[1].split("<h2")[0]
@@ -87,7 +87,7 @@ def test_axe_finds_nothing_on_the_chapter(tmp_path, browser, page):
     assert list_violations(browser, file.as_uri()) == []
 
 
-def test_verdicts(results):
+def test_sentences_have_the_expected_verdicts(results):
     said = chapter.check_sentences(results)
     assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
         "each has a reason"
@@ -109,7 +109,7 @@ def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):
     assert 'href="index.html"' in (tmp_path / chapter.OUTPUT).read_text()
 
 
-def test_experiment_61(results):
+def test_experiment_61_agrees_with_the_thesis(results):
     four = results.four
     assert [four.until("BS", t) for t in (50, 300, 600)] == pytest.approx(
         [0.122, 0.786, 1.459], rel=0.01
@@ -124,7 +124,7 @@ def test_experiment_61(results):
     )
 
 
-def test_the_failing_one(results):
+def test_the_failing_top_agrees_with_the_thesis(results):
     error = results.failing.blue.energy_error
     assert (error.min(), error.max(), results.failing.blue.path.energy[0]) == pytest.approx(
         (-17.5, 21.9, 52.8), abs=0.05
@@ -132,7 +132,7 @@ def test_the_failing_one(results):
     assert results.failing.L["BS"][-1] == pytest.approx(0.513, abs=0.002)
 
 
-def test_experiment_62(results):
+def test_experiment_62_agrees_with_the_thesis(results):
     timed = results.timed
     assert timed.until("BS", 3200) == pytest.approx(0.194, abs=0.002)
     assert timed.until("BS 0.01", 3200) == pytest.approx(0.021, abs=0.001)
@@ -141,12 +141,12 @@ def test_experiment_62(results):
     )
 
 
-def test_experiment_63(results):
+def test_experiment_63_agrees_with_the_thesis(results):
     assert results.by_step[0.2].L["rk4"][-1] == pytest.approx(0.095, abs=0.002)
     assert results.by_step[0.2].rk4.evaluations == results.by_step[0.2].bs.evaluations == 600
 
 
-def test_begun_anew_at_each_interval():
+def test_restarted_runs_equal_consecutive_runs():
     once = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
     twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
     course = trajectories.solve_with_restarts(trajectories.SCENE, 0.4, 0.8)
@@ -155,13 +155,13 @@ def test_begun_anew_at_each_interval():
     assert course.evaluations == once.stats.evaluations + twice.stats.evaluations
 
 
-def test_values_of_k():
+def test_values_of_k_agree_with_the_thesis():
     assert list(integrals.compute_k_values().values()) == pytest.approx(
         [1.5255, 6.943, 0.5903, 4.198], rel=1e-3
     )
 
 
-def test_a_frozen_frame_is_of_first_order():
+def test_the_error_of_a_frozen_frame_is_of_first_order():
     errors = [
         integrals.frozen_frame_error(interval, 20.0, kr.scenes.cusps) for interval in (0.01, 0.005)
     ]
@@ -177,7 +177,7 @@ def test_both_forms_of_the_equations_agree(scene):
     assert np.abs(one.m[-1] - other.m[-1]).max() < 1e-8
 
 
-def test_thinning_keeps_what_is_seen():
+def test_thinning_keeps_the_extreme_values():
     t = np.linspace(0, 1, 100_001)
     values = np.sin(3000 * t)
     values[777] = 5.0
@@ -185,6 +185,6 @@ def test_thinning_keeps_what_is_seen():
     assert len(x) <= 1002 and y.max() == 5.0 and y.min() == values.min() and (np.diff(x) > 0).all()
 
 
-def test_the_error_grows_with_the_term(results):
+def test_the_frame_error_grows_with_the_energy_term(results):
     usual = results.growth[results.growth[:, 1] == 1.0]
     assert (np.diff(usual[:, 2]) > 0).all() and (np.diff(usual[:, 3]) > 0).all()

@@ -1,4 +1,4 @@
-"""Helpers of the viewer's tests: opening it without a network, presets, drags, and queries."""
+"""Helpers of the viewer's tests: opening the viewer offline, presets, drags, and queries."""
 
 import json
 
@@ -53,7 +53,7 @@ def is_trouble(message):
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
-    """Open the viewer in a new window with `scale` screen pixels for each pixel of the viewer.
+    """Open the viewer in a new window with `scale` screen pixels per CSS pixel.
 
     The attribute `troubles` of the viewer collects console messages and network requests.
     """
@@ -88,7 +88,7 @@ def reload(page):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset, change some of its values, and stop at its start."""
+    """Load a preset, change some of its values, and pause at the initial state."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -104,7 +104,7 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until the viewer, after a jump in time, shows the time `t`."""
+    """Wait until the viewer shows the time `t` after a jump in time."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
@@ -162,7 +162,7 @@ def read_message(page):
 
 
 def count_colours(page):
-    """Return the number of different colours in a small copy of the picture."""
+    """Return the number of different colours in a downscaled copy of the picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];

@@ -35,7 +35,7 @@ def shared(browser):
 
 @pytest.fixture
 def page(shared):
-    """Return the shared page, paused at the start of Lagrange's top, with all sections open."""
+    """Return the shared page with Lagrange's top paused at its initial state, all sections open."""
     shared.evaluate("""{
         const {page, view} = kreisel;
         page.setRunning(false);

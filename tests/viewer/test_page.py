@@ -61,7 +61,7 @@ def test_one_small_file_with_its_licences():
         assert name in text, name
 
 
-def test_starts_by_itself(browser):
+def test_the_viewer_starts_automatically(browser):
     page = visit(browser)
     wait_for(page, "kreisel.page.clock > 200000 && kreisel.simulation.countRows() > 2")
     assert page.get_by_role("button", name="Stop").is_visible()
@@ -70,7 +70,7 @@ def test_starts_by_itself(browser):
     page.context.close()
 
 
-def test_waits_where_motion_is_not_wanted(page):
+def test_the_viewer_waits_if_reduced_motion_is_preferred(page):
     page.wait_for_timeout(900)
     assert (
         read_clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
@@ -81,7 +81,7 @@ def test_waits_where_motion_is_not_wanted(page):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_states_are_those_of_python_bit_for_bit(page, preset):
+def test_states_equal_those_of_python_bitwise(page, preset):
     load(page, preset, step=[0.01, 0.07])
     given = read_scene(page)
     for method in ALGEBRAIC:
@@ -98,7 +98,7 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
 
 
 @pytest.mark.parametrize("preset", [UPRIGHT, "Kowalewski", "Dzhanibekov effect"])
-def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
+def test_algebraic_methods_equal_python_bitwise(page, preset):
     load(page, preset)
     top = scene_in_python(read_scene(page))
     names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
@@ -119,7 +119,7 @@ def test_adaptive_methods_agree_with_python(page):
     assert read_states(page)[0] == pytest.approx(expected.tolist(), abs=1e-7)
 
 
-def test_extrap_begins_anew_at_each_step(page):
+def test_extrap_restarts_at_each_step(page):
     load(page, "Compare four")
     advance(page, 4)
     state, now = read_states(page)[3], scene_in_python(read_scene(page))
@@ -132,7 +132,7 @@ def test_extrap_begins_anew_at_each_step(page):
     assert 1e-9 < measure_top(page, 3, "error") < 1e-3
 
 
-def test_one_big_advance_equals_many_small(page):
+def test_one_large_advance_equals_many_small_ones(page):
     load(page, "Compare four")
     advance(page, 30)
     once = read_states(page)
@@ -146,7 +146,7 @@ def test_one_big_advance_equals_many_small(page):
     assert read_states(page) == once
 
 
-def test_compares_at_common_multiples_only(page):
+def test_tops_are_compared_only_at_common_multiples_of_their_steps(page):
     load(page, "Compare four", step=[0.03, 0.2])
     advance(page, 30)
     assert page.evaluate("kreisel.simulation.getCommonStep()") == 0.6 * TICKS
@@ -158,7 +158,7 @@ def test_compares_at_common_multiples_only(page):
 
 
 @pytest.mark.parametrize("preset", UNDAMPED)
-def test_presets_keep_their_integrals(page, preset):
+def test_presets_conserve_their_integrals(page, preset):
     load(page, preset)
     advance(page, 50)
     given, tops = read_scene(page), page.evaluate("kreisel.page.tops")
@@ -192,13 +192,13 @@ def heights_until(page, end):
     return 1 - 2 * (x * x + y * y)
 
 
-def test_sleeping_top_sleeps_and_the_other_falls(page):
+def test_the_sleeping_top_sleeps_and_the_other_falls(page):
     load(page, "Sleeping top")
     heights = np.min(heights_until(page, 30), axis=0)
     assert heights[0] > 0.95 and heights[1] < 0.8
 
 
-def test_steady_precession_is_level(page):
+def test_steady_precession_keeps_its_height(page):
     load(page, "Steady precession")
     heights = heights_until(page, 30)[:, 0]
     assert heights == pytest.approx([np.cos(np.radians(35))] * 31, abs=1e-12)
@@ -213,7 +213,7 @@ def download_file(page, name):
     return download.value.path()
 
 
-def test_files(page, browser, tmp_path):
+def test_downloaded_files_have_the_scene_and_the_states(page, browser, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
     given = read_scene(page)
@@ -253,7 +253,7 @@ BAD = [
 
 
 @pytest.mark.parametrize("link", BAD[:2])
-def test_a_page_opened_by_a_bad_link_says_so(browser, link):
+def test_a_viewer_opened_by_an_invalid_link_shows_a_message(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
     assert "cannot be shown" in read_message(page)
     assert read_scene(page)["name"] == PRESETS[0] and page.troubles == []
@@ -261,7 +261,7 @@ def test_a_page_opened_by_a_bad_link_says_so(browser, link):
 
 
 @pytest.mark.parametrize("link", BAD)
-def test_a_bad_link_says_so(page, link):
+def test_an_invalid_link_shows_a_message(page, link):
     before = read_scene(page)
     page.evaluate("link => { location.hash = ''; location.hash = `#scene=${link}`; }", link)
     wait_for(page, "document.getElementById('words').textContent.includes('cannot be')")
@@ -284,7 +284,7 @@ def test_picture_is_not_blank(page):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_sizes(browser, theme):
+def test_the_viewer_fits_windows_of_all_sizes(browser, theme):
     page = visit(browser, size=PHONE, color_scheme=theme, reduced_motion="reduce")
     for size in (PHONE, (800, 460), WIDE):
         page.set_viewport_size(make_viewport(size))

@@ -1,4 +1,4 @@
-"""Tests of the viewer for accessibility by axe-core, in windows of three sizes."""
+"""Accessibility tests of the viewer with axe-core, in windows of three sizes."""
 
 import pytest
 from axe import SIZES, check_page
@@ -7,7 +7,7 @@ from browser import WIDE, advance, load, make_viewport
 
 @pytest.fixture
 def changeable_page(page):
-    """Return the shared page, whose size and colours a test may change."""
+    """Return the shared page, and restore its size and colours after the test."""
     yield page
     page.set_viewport_size(make_viewport(WIDE))
     page.evaluate("document.documentElement.style.colorScheme = ''")

@@ -34,7 +34,7 @@ def run_to(page, t):
 
 
 def read_labels(page):
-    """Return the labels of the vertical axis."""
+    """Return the tick labels of the vertical axis."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
         own.fillText = function (text, ...where) {
@@ -66,7 +66,7 @@ def wait_for_momentum(page, m):
 
 
 @pytest.mark.parametrize("preset, t", [(UPRIGHT, 8), ("Compare four", 30), ("Kowalewski", 100)])
-def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
+def test_logarithmic_charts_show_absolute_values_between_powers_of_ten(page, preset, t):
     load(page, preset, log=False, **({} if preset == "Kowalewski" else {"chart": "energy"}))
     run_to(page, t)
     before, box = read_lines(page), page.get_by_role("checkbox", name="log")
@@ -81,7 +81,7 @@ def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
     assert read_lines(page) == pytest.approx(before, nan_ok=True)
 
 
-def test_zoom_of_all_charts_stays_while_time_goes_on(page):
+def test_the_zoom_of_charts_stays_while_time_advances(page):
     load(page, "Compare four")
     run_to(page, 30)
     spans = "kreisel.charts.plots.slice(0, 2).map(({scales: {x}}) => [x.min, x.max])"
@@ -108,7 +108,7 @@ def test_zoom_of_all_charts_stays_while_time_goes_on(page):
     )
 
 
-def test_record_is_thinned_but_not_its_extremes(page):
+def test_thinned_records_keep_their_extremes(page):
     run_to(page, 100)
     _, short = read_lines(page)
     run_to(page, 20000)
@@ -120,11 +120,11 @@ def test_record_is_thinned_but_not_its_extremes(page):
     )  # the values at every time
 
 
-def test_charts_are_of_the_quantities_of_the_table(page):
+def test_charts_offer_all_quantities_of_the_table(page):
     """Check that the menu lists all quantities that a chart can show.
 
-    These are the attitude error, the integral K or G if it is conserved, and all quantities that do
-    not depend on the heading.
+    These are the attitude error, the integral K or G if conserved, and all quantities that do not
+    depend on the heading.
     """
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
@@ -143,7 +143,7 @@ def test_charts_are_of_the_quantities_of_the_table(page):
 
 
 @pytest.mark.parametrize("each", LEVEL, ids=lambda each: each["name"])
-def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each):
+def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
     name = each["name"]
     owners = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
     load(page, owners.get(name, UPRIGHT), methods=["strang"], chart=name)
@@ -159,9 +159,9 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 
 
 def read_table(page):
-    """Return the current values and changes of the integrals, (tops, 3 or 4, 2).
+    """Return the current values and changes of the integrals, an array (tops, 3 or 4, 2).
 
-    The integrals are E, <m, e3> and <m, apex>, and in addition K or G if it is conserved.
+    The integrals are E, <m, e3> and <m, apex>, and also K or G if conserved.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -176,7 +176,7 @@ def read_table(page):
 
 
 def compute_table(path):
-    """Return the values that the table must show for a path computed in Python."""
+    """Return the values that the table should show for a path computed in Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))
@@ -186,7 +186,7 @@ def compute_table(path):
 @pytest.mark.parametrize(
     "preset, fourth", [(UPRIGHT, None), ("Kowalewski", "K"), ("Goryachev-Chaplygin", "G")]
 )
-def test_integrals_are_those_of_python(page, preset, fourth):
+def test_integrals_agree_with_python(page, preset, fourth):
     load(page, preset, methods=["strang", "rk4"], step=[0.05])
     page.evaluate("kreisel.page.setValue('gravity', 2.5)")
     for t in (2, 6):
@@ -210,7 +210,7 @@ def test_integrals_are_those_of_python(page, preset, fourth):
 # The momentum
 
 
-def test_momentum_shown_is_the_present_one(page):
+def test_the_shown_momentum_is_the_current_one(page):
     wait_for_momentum(page, read_scene(page)["momentum"])
     advance(page, 3)
     wait_for_momentum(page, read_states(page)[0][5:])
@@ -218,7 +218,7 @@ def test_momentum_shown_is_the_present_one(page):
     wait_for_momentum(page, read_scene(page)["momentum"])
 
 
-def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
+def test_a_typed_momentum_keeps_the_other_current_components(page):
     end = kr.solve(scene_in_python(read_scene(page)), 4, "bobenko_suris", step=0.01, every=400).end
     advance(page, 3)
     second = find_fields(page)[1]
@@ -236,7 +236,7 @@ def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
 # Time
 
 
-def test_charts_go_on_after_a_step(page):
+def test_charts_continue_after_a_single_step(page):
     load(page, "A spinning top")
     run_to(page, 3)
     page.evaluate("kreisel.page.stepOnce(); kreisel.page.setRunning(true); kreisel.advance(3.5)")
@@ -246,7 +246,7 @@ def test_charts_go_on_after_a_step(page):
     assert page.evaluate("kreisel.charts.plots[0].scales.x.max") == pytest.approx(9)
 
 
-def test_a_chart_has_room_for_the_limits_of_the_tilt_from_the_start(page):
+def test_charts_have_room_for_the_limits_of_the_tilt(page):
     load(page, "A spinning top")
     wait_for(page, "kreisel.charts.plots[0].scales.y.max > 40")
     scale = page.evaluate("(({min, max}) => [min, max])(kreisel.charts.plots[0].scales.y)")
@@ -267,13 +267,13 @@ def read_earlier(page, chart=0):
 
 
 def read_spans(page, chart=0):
-    """Return the least and the greatest time and value that a chart shows."""
+    """Return the ranges of time and value that a chart shows."""
     return page.evaluate(f"""(({{x, y}}) => [x.min, x.max, y.min, y.max])(
         kreisel.charts.plots[{chart}].scales)""")
 
 
 @pytest.mark.parametrize("change", [PUSH, "kreisel.page.setValue('gravity', 2)"])
-def test_curves_of_the_motion_before_a_change_lie_below_those_of_now(page, change):
+def test_curves_before_a_change_are_drawn_below_current_ones(page, change):
     load(page, "A spinning top")
     run_to(page, 3)
     before = read_lines(page)
@@ -292,7 +292,7 @@ def test_curves_of_the_motion_before_a_change_lie_below_those_of_now(page, chang
 
 
 @pytest.mark.parametrize("log", [False, True])
-def test_curves_before_a_change_have_room_in_charts_of_errors(page, log):
+def test_error_charts_have_room_for_curves_before_a_change(page, log):
     load(page, "Compare four", log=log)
     run_to(page, 30)
     before = read_lines(page)
@@ -306,7 +306,7 @@ def test_curves_before_a_change_have_room_in_charts_of_errors(page, log):
 
 
 def count_pixels(page):
-    """Return the number of coloured pixels of the first chart, with and without pale curves."""
+    """Return the numbers of coloured pixels in the first chart, with and without pale curves."""
     return page.evaluate("""async () => {
         const [{ctx, earlier, redraw}] = kreisel.charts.plots, draw = earlier.draw;
         const count = async () => {
@@ -328,7 +328,7 @@ def count_pixels(page):
     }""")
 
 
-def test_the_motion_before_a_push_stays_in_sight(page):
+def test_the_motion_before_a_push_stays_visible(page):
     load(page, "A spinning top")
     run_to(page, 3)
     same, one = count_pixels(page)
@@ -349,7 +349,7 @@ def test_the_motion_before_a_push_stays_in_sight(page):
     assert read_earlier(page).size == 0 and "before" not in values.inner_text()
 
 
-def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
+def test_a_change_of_scene_removes_curves_before_a_push(page):
     advance(page, 2)
     push = "kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))"
     page.evaluate(f"{push}; kreisel.page.setRunning(false)")
@@ -358,7 +358,7 @@ def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
     assert page.evaluate("kreisel.page.previousMotion") is None
 
 
-def test_a_chart_of_an_integral_goes_to_the_one_of_the_shape(page):
+def test_charts_of_integrals_follow_the_shape(page):
     load(page, chart="energy")
     page.get_by_label("Shape").select_option("kowalewski")
     assert read_scene(page)["chart"] == read_scene(page)["integral"] == "kowalewski"

@@ -1,7 +1,7 @@
-"""Tests of colours: their contrast, and their distances for readers without red or green cones.
+"""Tests of colours: contrast, and distances as seen without red or green cones.
 
 WCAG 2.2 requires a contrast of 3 for lines and of 4.5 for text. Distances are measured in CIELAB,
-where a distance of 10 is seen immediately.
+in which a distance of 10 is noticed immediately.
 """
 
 import itertools
@@ -16,7 +16,7 @@ VIEWER = ROOT / "python/viewer"
 
 
 def find_colours(file, pattern):
-    """Return the colours #rrggbb where the pattern matches."""
+    """Return the colours #rrggbb that match the pattern."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
@@ -34,7 +34,7 @@ EDGES = find_colours("controls.css", "--edge: light-dark.*")
 
 
 @pytest.mark.parametrize("ground", [*LIGHT, *DARK])
-def test_lines_stand_out(ground):
+def test_lines_have_enough_contrast(ground):
     assert len(TOPS) == 6 and len(ARROWS) == 3
     for colour in [*TOPS, *ARROWS, *CIRCLES]:
         assert compute_contrast(colour, ground) >= 3, colour
@@ -49,20 +49,20 @@ def test_a_projector_shows_lines_and_text(mode):
 
 
 @pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
-def test_text_and_borders_stand_out(mode):
+def test_text_and_borders_have_enough_contrast(mode):
     for ground in (LIGHT, DARK)[mode]:
         assert compute_contrast(FAINT[mode], ground) >= 4.5
         assert compute_contrast(EDGES[mode], ground) >= 3
 
 
 @pytest.mark.parametrize("vision", VISION)
-def test_tops_are_told_apart(vision):
+def test_colours_of_tops_are_distinguishable(vision):
     for one, other in itertools.combinations(TOPS, 2):
         assert lab_distance(one, other, vision) > 20, (one, other)
 
 
 @pytest.mark.parametrize("vision", VISION)
-def test_the_first_and_the_second_method_are_told_apart_at_a_glance(vision):
+def test_colours_of_the_first_two_methods_are_very_different(vision):
     first, _, second, *_ = TOPS
     assert lab_distance(first, second, vision) > 60
 
@@ -75,8 +75,8 @@ TEXTS = [
 
 
 @pytest.mark.parametrize("name, text", TEXTS)
-def test_a_text_says_where_a_coloured_top_is(name, text):
-    """Check that texts identify a top not only by colour, but by its side or its dashed line."""
+def test_texts_identify_tops_not_only_by_colour(name, text):
+    """Check that texts identify a top by its side or dashed line, and not only by its colour."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
         around = text.lower()[max(0, first - 40) : first + 50]
@@ -84,5 +84,5 @@ def test_a_text_says_where_a_coloured_top_is(name, text):
 
 
 @pytest.mark.parametrize("vision", VISION)
-def test_the_momentum_is_told_from_the_first_top(vision):
+def test_the_momentum_differs_in_colour_from_the_first_top(vision):
     assert lab_distance(TOPS[0], ARROWS[0], vision) > 20

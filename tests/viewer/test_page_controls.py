@@ -40,7 +40,7 @@ from browser import (
         ("checkbox", "2D view", "Space", "show", lambda show: show["flat"]),
     ],
 )
-def test_control(page, role, name, keys, key, expected):
+def test_a_control_changes_only_its_value(page, role, name, keys, key, expected):
     before = read_scene(page)
     page.get_by_role(role, name=name).first.press(keys)
     assert list_changes(before, read_scene(page)) == {key} and expected(read_scene(page)[key])
@@ -56,7 +56,7 @@ def test_control(page, role, name, keys, key, expected):
         ("Stop at t", "7.004", "stop", 7),
     ],
 )
-def test_number(page, name, value, key, expected):
+def test_a_number_field_changes_only_its_value(page, name, value, key, expected):
     before = read_scene(page)
     field = page.get_by_label(name, exact=True)
     field.fill(value)
@@ -64,7 +64,7 @@ def test_number(page, name, value, key, expected):
     assert list_changes(before, read_scene(page)) == {key} and read_scene(page)[key] == expected
 
 
-def test_choices(page):
+def test_menus_change_methods_and_charts(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Method").first.select_option("strang")
     assert (
@@ -89,7 +89,7 @@ def test_choices(page):
     )
 
 
-def test_jump_goes_to_any_time_and_back(page):
+def test_jump_reaches_any_time_and_returns(page):
     load(page, "Compare four", methods=["bobenko_suris", "rk4"])
     field = page.get_by_label("Jump to t")
     for t in (3200, 7):
@@ -114,7 +114,7 @@ def test_jump_goes_to_any_time_and_back(page):
     assert read_clock(page) < 1e8 * TICKS and page.evaluate("kreisel.page.goal") is None
 
 
-def test_looks(page):
+def test_view_options_change_the_picture(page):
     edge = "kreisel.view.tops[0].solid.children[2].scale.x"
     thin = page.evaluate(edge)
     page.get_by_role("slider", name="Thickness").press("End")
@@ -131,7 +131,7 @@ def test_looks(page):
 
 
 @pytest.mark.parametrize("flat", [False, True])
-def test_sides(page, flat):
+def test_the_next_side_button_shows_three_sides(page, flat):
     page.evaluate(
         f"kreisel.page.scene.show.flat = {str(flat).lower()};"
         "kreisel.view.showScene(kreisel.page.scene)"
@@ -155,7 +155,7 @@ def test_bad_numbers_change_nothing(page):
     assert read_scene(page) == before and "Step cannot be" in read_message(page)
 
 
-def test_buttons_and_keys(page):
+def test_buttons_and_keys_control_the_clock(page):
     page.get_by_role("button", name="Step", exact=True).click()
     assert read_clock(page) == 0.01 * TICKS
     page.locator("canvas").first.focus()
@@ -193,7 +193,7 @@ def test_buttons_and_keys(page):
     assert read_scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
 
 
-def test_buttons_with_a_sign_alone_are_named_on_hover(page):
+def test_icon_buttons_have_a_tooltip(page):
     read = """(button) => {
         const {display, content} = getComputedStyle(button, '::after');
         return [display, content];
@@ -223,7 +223,7 @@ def test_the_strip_of_scenes_scrolls_by_a_button(page):
 
 
 @pytest.mark.parametrize("preset", ["Fast precession", "Kowalewski", "Sleeping top"])
-def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
+def test_compare_four_keeps_the_top_the_start_and_the_time(page, preset):
     load(page, preset)
     advance(page, 3)
     before = read_scene(page)
@@ -239,7 +239,7 @@ def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
     assert len({tuple(state) for state in read_states(page)}) == 1  # all tops have the same start
 
 
-def test_stops_at_the_stop_time(page):
+def test_the_clock_stops_at_the_stop_time(page):
     page.evaluate(
         "kreisel.page.editScene((s) => (s.stop = 0.5));"
         "kreisel.page.setRunning(true); kreisel.advance(3)"
@@ -247,7 +247,7 @@ def test_stops_at_the_stop_time(page):
     assert read_clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
 
 
-def test_toggles_and_table(page):
+def test_checkboxes_hide_tops_in_charts_and_table(page):
     load(page, "Compare four")
     advance(page, 2)
     page.evaluate("kreisel.charts.update()")
@@ -264,7 +264,7 @@ def test_toggles_and_table(page):
     assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
 
 
-def test_all_controls_have_names(page):
+def test_controls_have_accessible_names(page):
     nameless = page.evaluate("""[
         ...document.querySelectorAll('button, input, select, textarea, canvas')]
         .filter((e) => !e.closest('.uplot'))

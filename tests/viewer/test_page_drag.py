@@ -1,4 +1,4 @@
-"""Tests of drags. Each drag must change only the dragged part of the scene."""
+"""Tests of drags. Tests of dragging: each drag must change only the dragged part of the scene."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from browser import (
 BESIDE = (60, 120)  # an empty point of the picture
 
 
-def test_drag_of_the_tip_sets_the_momentum(page):
+def test_dragging_the_tip_sets_the_momentum(page):
     before = read_scene(page)
     velocity = "kreisel.view.tops[0].w.quaternion.toArray()"
     old = page.evaluate(velocity)
@@ -33,7 +33,7 @@ def test_drag_of_the_tip_sets_the_momentum(page):
 
 
 @pytest.mark.parametrize("kind", ["face", "edge"])
-def test_drag_of_face_or_edge_turns(page, kind):
+def test_dragging_a_face_or_an_edge_rotates_the_body(page, kind):
     before = read_scene(page)
     drag(page, kind, (50, 20), number=5 if kind == "face" else 0)
     assert list_changes(before, read_scene(page)) == {"attitude"}
@@ -41,7 +41,7 @@ def test_drag_of_face_or_edge_turns(page, kind):
 
 
 @pytest.mark.parametrize("shape", ["free", "lagrange", "kowalewski", "goryachev_chaplygin"])
-def test_drag_of_a_corner_resizes(page, shape):
+def test_dragging_a_corner_resizes_the_body(page, shape):
     page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
     before = read_scene(page)["body"]
     start, end = drag(page, "corner", (25, -30), number=5)
@@ -58,7 +58,7 @@ def test_drag_of_a_corner_resizes(page, shape):
 
 
 @pytest.mark.parametrize("how", ["middle", "Alt", "tool"])
-def test_drag_of_a_corner_moves_the_fixed_point(page, how):
+def test_dragging_a_corner_moves_the_fixed_point(page, how):
     before = read_scene(page)
     if how == "tool":
         page.get_by_label("Corners move the fixed point").check()
@@ -91,7 +91,7 @@ def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
     page.mouse.up(button="middle")
 
 
-def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
+def test_a_drag_starts_from_the_current_state_and_can_be_undone(page):
     before = read_scene(page)
     advance(page, 3)
     state = read_states(page)[0]
@@ -139,7 +139,7 @@ def test_touch_drags_too(browser):
 
 
 @pytest.mark.parametrize("kind, moved", [("tip", slice(5, 8)), ("face", slice(1, 5))])
-def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
+def test_two_motions_are_changed_independently(page, kind, moved):
     load(page, "Sleeping top")
     advance(page, 4)
     before = read_states(page)

@@ -54,7 +54,7 @@ def resize(page, size):
 
 
 @pytest.mark.parametrize("is_folded", [False, True], ids=["panel", "alone"])
-def test_the_bar_is_whole_in_every_frame(resizable, is_folded):
+def test_the_toolbar_fits_every_frame(resizable, is_folded):
     load(resizable, "A spinning top", speed=0.25, step=[0.1])
     resizable.evaluate("kreisel.page.jumpTo(12345.6)")
     wait_for(resizable, "kreisel.page.goal === null")
@@ -67,7 +67,7 @@ def test_the_bar_is_whole_in_every_frame(resizable, is_folded):
     assert not any(broken.values()), broken
 
 
-def test_the_bar_is_whole_in_a_frame_of_the_site(browser, tmp_path):
+def test_the_toolbar_fits_a_frame_of_the_site(browser, tmp_path):
     width, height = SITE
     style = f"width:{width}px;height:{height}px;border:0"
     file = tmp_path / "site.html"
@@ -84,7 +84,7 @@ def test_the_bar_is_whole_in_a_frame_of_the_site(browser, tmp_path):
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE, (1280, 640)], ids=str)
-def test_the_list_of_keys_is_on_top_and_whole(resizable, size):
+def test_the_list_of_keys_is_on_top_and_complete(resizable, size):
     resize(resizable, size)
     resizable.locator("#bar [aria-label=Keys]").click()
     seen = resizable.evaluate(DIALOG)
@@ -93,7 +93,7 @@ def test_the_list_of_keys_is_on_top_and_whole(resizable, size):
     assert seen["covered"] == [] and seen["scrollTop"] == 0 and seen["hidden"] <= 1
 
 
-def test_keys_wait_while_their_list_is_open(resizable):
+def test_keys_are_ignored_while_their_list_is_open(resizable):
     advance(resizable, 2)
     resizable.locator("canvas").first.focus()
     resizable.keyboard.press("?")
@@ -105,7 +105,7 @@ def test_keys_wait_while_their_list_is_open(resizable):
     assert resizable.evaluate("kreisel.page.clock") == 0
 
 
-def test_the_table_of_integrals_is_whole(page):
+def test_the_table_of_integrals_is_not_clipped(page):
     page.evaluate("kreisel.page.setValue('methods.1', 'strang')")
     advance(page, 20)
     page.evaluate("kreisel.page.onChange()")
@@ -152,7 +152,7 @@ def test_the_footer_covers_neither_tops_nor_their_names(resizable, size, preset)
 
 
 @pytest.mark.parametrize("is_large", [False, True], ids=["plain", "projector"])
-def test_whatever_scrolls_can_be_scrolled_by_keys(resizable, is_large):
+def test_scrollable_parts_can_be_scrolled_by_keyboard(resizable, is_large):
     resize(resizable, PHONE)
     load(resizable, "Compare four")
     if is_large:

@@ -1,4 +1,4 @@
-"""Tests of friction, the end on the floor, the game about it, rotors, and turntables."""
+"""Tests of friction, falls to the floor, the balancing game, rotors, and turntables."""
 
 import json
 
@@ -22,7 +22,7 @@ GAME, GYROSCOPE, TURNTABLE = "How long can it stand?", "Gyroscope", "On a turnta
 
 
 def differentiate(_, state, moments, lever, damping, friction):
-    """Return the derivative of attitude and momentum of a top that does not stop spinning."""
+    """Return the time derivatives of attitude and momentum of a top that keeps spinning."""
     w, x, y, z, *m = state
     turn = np.array(
         [
@@ -73,7 +73,7 @@ def read_end(page, top=0):
 
 
 @pytest.mark.parametrize("exercise", [None, "Start it upright", "Half the friction"])
-def test_time_until_the_rim_meets_the_floor_is_that_of_scipy(page, exercise):
+def test_the_time_until_the_rim_meets_the_floor_agrees_with_scipy(page, exercise):
     load(page, GAME)
     if exercise:
         click_exercise(page, exercise)
@@ -104,7 +104,7 @@ def test_rim_is_on_the_floor_and_not_below(page):
     assert floor - 0.01 < lowest < floor + 0.08
 
 
-def test_a_large_step_tells_an_interval(page):
+def test_a_large_step_gives_an_interval_of_times(page):
     load(page, GAME, step=[0.5])
     advance(page, 90)
     end = solve_fall(read_scene(page), page.evaluate("kreisel.page.contact"))
@@ -127,14 +127,14 @@ def test_both_tops_of_a_pair_are_named(page):
         {"body": {"half": [0.8, 0.8, 0.42], "pivot": [0, 0, 0], "density": 1}},
     ],
 )
-def test_other_tops_have_no_end(page, changes):
+def test_other_tops_do_not_meet_the_floor(page, changes):
     load(page, GAME, **changes)
     assert page.evaluate("kreisel.page.contact") is None
     advance(page, 60)
     assert np.isnan(read_end(page)) and read_states(page)[0][0] == 60
 
 
-def test_a_changed_top_stands_again(page):
+def test_a_changed_top_restarts_upright(page):
     load(page, GAME)
     advance(page, 90)
     page.evaluate("kreisel.page.setValue('tilt', 5)")
@@ -143,7 +143,7 @@ def test_a_changed_top_stands_again(page):
     assert read_message(page) == "" or "meets the floor" in read_message(page)
 
 
-def test_start_after_the_end_begins_again(page):
+def test_start_after_the_end_restarts_the_motion(page):
     load(page, GAME)
     advance(page, 90)
     page.get_by_role("button", name="Start", exact=True).click()
@@ -173,7 +173,7 @@ def test_an_upright_top_sleeps_above_the_critical_spin(page):
     assert read_end(page) > t
 
 
-def test_half_the_friction_lets_it_stand_longer(page):
+def test_half_the_friction_lets_the_top_stand_longer(page):
     ends = []
     for exercise in (None, "Half the friction"):
         load(page, GAME)
@@ -184,7 +184,7 @@ def test_half_the_friction_lets_it_stand_longer(page):
     assert ends[1] > 1.5 * ends[0]
 
 
-def test_what_the_texts_of_the_gyroscope_say(page):
+def test_texts_of_the_gyroscope_are_true(page):
     types = []
     for exercise in (None, "Let it go at rest", "Half the rotor", "Stop the rotor"):
         load(page, GYROSCOPE)
@@ -197,7 +197,7 @@ def test_what_the_texts_of_the_gyroscope_say(page):
 # The game
 
 
-def test_longest_time_is_kept_for_the_next_visit(browser):
+def test_the_longest_time_is_stored_for_the_next_visit(browser):
     page = visit(browser, reduced_motion="reduce")
     load(page, GAME)
     advance(page, 90)
@@ -230,7 +230,7 @@ def test_a_start_with_more_energy_does_not_count(browser):
 
 
 @pytest.mark.parametrize("preset", [GAME, GYROSCOPE, TURNTABLE])
-def test_states_are_those_of_python(page, preset):
+def test_states_agree_with_python(page, preset):
     load(page, preset)
     advance(page, 10)
     expected = kr.solve(scene_in_python(read_scene(page)), [10.0]).states[0]
@@ -256,7 +256,7 @@ def test_a_method_for_undamped_tops_is_replaced(page):
 
 @pytest.mark.parametrize("word", ["damping", "friction", "rotor", "turning"])
 @pytest.mark.parametrize("bad", [-1, "x", None, [1, 2]])
-def test_bad_numbers_are_refused(page, word, bad):
+def test_invalid_numbers_are_refused(page, word, bad):
     before = read_scene(page)
     page.evaluate("given => kreisel.page.load({...kreisel.page.scene, ...given})", {word: bad})
     assert f"{word} cannot be" in read_message(page) and read_scene(page) == before
@@ -287,7 +287,7 @@ def test_rotor_is_an_arrow_at_the_centre_of_mass(page):
 # Turntables
 
 
-def test_top_on_a_turntable_is_the_one_at_rest_seen_from_it(page):
+def test_a_top_on_a_turntable_agrees_with_one_at_rest(page):
     load(page, TURNTABLE, start={"tilt": 70, "spin": 1, "precession": 0.3}, gravity=4)
     given = read_scene(page)
     advance(page, 8)
@@ -299,7 +299,7 @@ def test_top_on_a_turntable_is_the_one_at_rest_seen_from_it(page):
 
 
 @pytest.mark.parametrize("turning", [[0, 0, 0.6], [0.3, -0.2, 0.5]])
-def test_start_in_words_is_seen_from_the_support(page, turning):
+def test_starts_are_relative_to_the_support(page, turning):
     start = {"tilt": 50, "spin": 3, "precession": 0.7}
     load(page, GYROSCOPE, start=start, turning=turning, methods=["taylor"])
     tilt = np.radians(50)
@@ -310,7 +310,7 @@ def test_start_in_words_is_seen_from_the_support(page, turning):
     assert page.evaluate("kreisel.simulation.measureTop(0).spin") == pytest.approx(5, rel=1e-12)
 
 
-def test_steady_precession_is_level_on_a_turntable(page):
+def test_steady_precession_keeps_its_height_on_a_turntable(page):
     start = {"tilt": 50, "spin": 3, "precession": "slow"}
     load(page, GYROSCOPE, start=start, turning=[0, 0, 0.4], methods=["taylor"], tol=1e-15)
     limits = page.evaluate("kreisel.page.tops[0].limits")
@@ -331,7 +331,7 @@ def test_steady_precession_is_refused_on_a_tilted_turntable(page):
     assert "no steady precession" in read_message(page) and read_scene(page) == before
 
 
-def test_rubbing_bearings_turn_the_axis_to_that_of_the_table(page):
+def test_damping_aligns_the_axis_with_that_of_the_turntable(page):
     load(page, TURNTABLE)
     click_exercise(page, "Let the bearings rub")
     tilts = []
@@ -360,7 +360,7 @@ def test_view_shows_friction_rotor_and_turntable():
         ({"shaking": (0.1, 20, 0)}, "shaken supports"),
     ],
 )
-def test_view_refuses_what_the_page_cannot_compute(given, words):
+def test_view_refuses_scenes_that_the_viewer_cannot_compute(given, words):
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.4, 0.5), momentum=(0, 1, 4), **given)
     with pytest.raises(ValueError, match=words):
         kr.view(scene, open=False)

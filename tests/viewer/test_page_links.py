@@ -74,7 +74,7 @@ EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
 def follow_link(page, given):
-    """Follow another link in the open page, and return the message shown."""
+    """Follow another link in the open page, and return the message that the page shows."""
     page.evaluate(
         """(hash) => new Promise((done) => {
         kreisel.page.showMessage('');
@@ -96,7 +96,7 @@ def make_track(name):
 # Links
 
 
-def test_a_link_opens_in_the_open_page(page):
+def test_a_link_loads_in_the_open_viewer(page):
     advance(page, 3)
     given = {
         "name": "Mine",
@@ -130,7 +130,7 @@ def test_a_link_opens_in_the_open_page(page):
         ("fourth", "goryachev_chaplygin", "goryachev_chaplygin"),
     ],
 )
-def test_a_link_may_say_eps_for_the_step_and_short_names_for_charts(page, chart, shape, shown):
+def test_links_accept_eps_and_short_names_of_charts(page, chart, shape, shown):
     page.get_by_label("Shape").select_option(shape)
     body = read_scene(page)["body"]
     played = {"eps" if key == "step" else key: value for key, value in make_track("rk4").items()}
@@ -142,14 +142,14 @@ def test_a_link_may_say_eps_for_the_step_and_short_names_for_charts(page, chart,
 
 
 @pytest.mark.parametrize("key", WRONG)
-def test_wrong_types_are_refused_in_words(page, key):
+def test_wrong_types_are_refused_with_a_message(page, key):
     before = read_scene(page)
     for value in WRONG[key]:
         assert f"{key} cannot be" in follow_link(page, {key: value}), value
         assert read_scene(page) == before
 
 
-def test_impossible_scenes_are_refused_in_words(page):
+def test_impossible_scenes_are_refused_with_a_message(page):
     before = read_scene(page)
     for given in IMPOSSIBLE:
         assert "cannot be" in follow_link(page, given), given
@@ -185,7 +185,7 @@ def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
 # Films and pictures
 
 
-def test_a_film_of_what_stands_still_has_bytes(page):
+def test_a_video_of_a_paused_motion_is_not_empty(page):
     if page.evaluate("typeof MediaRecorder === 'undefined'"):
         pytest.skip("needs MediaRecorder")
     page.get_by_role("button", name="Video", exact=True).click()
@@ -197,7 +197,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
     assert page.get_by_role("button", name="Video", exact=True).is_visible()
 
 
-def test_picture_comes_back_with_the_graphics(browser):
+def test_the_picture_is_restored_with_the_graphics(browser):
     page = visit(browser, size=SMALL, reduced_motion="reduce")
     wait_for(page, "!kreisel.view.isDirty")
     before = count_colours(page)
@@ -216,7 +216,7 @@ def test_picture_comes_back_with_the_graphics(browser):
 # What may fail or be missing
 
 
-def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
+def test_a_failing_method_is_named_and_the_other_continues(page):
     load(page, methods=["veselov2", "strang"], step=[1], gravity=10)
     page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
@@ -227,7 +227,7 @@ def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
     assert page.get_by_role("button", name="Stop").is_visible()
 
 
-def test_it_stops_when_all_have_failed(page):
+def test_the_viewer_stops_when_all_methods_have_failed(page):
     load(page, methods=["veselov2", "rk4"], step=[1], gravity=10)
     page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
@@ -238,7 +238,7 @@ def test_it_stops_when_all_have_failed(page):
     assert read_clock(page) == 2 * TICKS
 
 
-def test_no_graphics_is_told(browser):
+def test_without_graphics_a_message_is_shown(browser):
     flags = ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer"]
     plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
     page = plain.new_page()
@@ -251,13 +251,13 @@ def test_no_graphics_is_told(browser):
     plain.close()
 
 
-def test_a_note_of_the_browser_is_no_failure(page):
+def test_browser_notes_are_not_errors(page):
     note = "ResizeObserver loop completed with undelivered notifications."
     page.evaluate("note => dispatchEvent(new ErrorEvent('error', { message: note }))", note)
     assert "The page has stopped on an error" not in read_message(page)
 
 
-def test_no_scripts_is_told(browser):
+def test_without_javascript_a_message_is_shown(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(PAGE.as_uri())
@@ -289,7 +289,7 @@ def share(page):
         ("A spinning top", {"name": "My own top", "momentum": [0.1, 0.2, 3]}),
     ],
 )
-def test_link_has_the_differences_from_a_preset_only(browser, page, preset, changes):
+def test_a_link_contains_only_differences_from_a_preset(browser, page, preset, changes):
     load(page, preset)
     scene = read_scene(page)
     page.evaluate(
@@ -303,7 +303,7 @@ def test_link_has_the_differences_from_a_preset_only(browser, page, preset, chan
     other.context.close()
 
 
-def test_link_to_an_exercise_is_short(browser, page):
+def test_a_link_to_an_exercise_is_short(browser, page):
     load(page, "A spinning top")
     page.get_by_role("button", name="Why does it not fall?").click()
     page.evaluate("kreisel.page.setRunning(false)")
@@ -322,5 +322,5 @@ def test_link_to_an_exercise_is_short(browser, page):
         ({"preset": "A spinning top", "gravity": "x"}, "gravity cannot be"),
     ],
 )
-def test_link_with_an_unknown_name_is_refused(page, given, words):
+def test_a_link_with_an_unknown_name_is_refused(page, given, words):
     assert words in follow_link(page, given)

@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return the scene, time, states and undo history, which a refusal must not change."""
+    """Return the scene, time, states and undo history, which invalid input must not change."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )
@@ -74,7 +74,7 @@ def test_an_empty_momentum_changes_nothing(page):
 # Undo
 
 
-def test_undo_of_looks_goes_on(page):
+def test_undo_of_view_options_does_not_stop_the_motion(page):
     advance(page, 3)
     before = read_everything(page)
     for name in ("Floor", "2D view", "Elastic rod"):
@@ -88,7 +88,7 @@ def test_undo_of_looks_goes_on(page):
 
 
 @pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
-def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
+def test_undo_of_a_drag_restores_scene_and_time(page, kind, by):
     advance(page, 3)
     before = read_everything(page)
     drag(page, kind, by, number=5)
@@ -98,7 +98,7 @@ def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
     assert read_everything(page) == before
 
 
-def test_undo_of_a_drag_is_not_for_the_field_that_had_the_focus(page):
+def test_undo_of_a_drag_ignores_the_focused_field(page):
     before = read_scene(page)
     page.get_by_label("Momentum, first component").focus()
     drag(page, "tip", (30, 20))
@@ -106,7 +106,7 @@ def test_undo_of_a_drag_is_not_for_the_field_that_had_the_focus(page):
     assert read_scene(page) == before
 
 
-def test_escape_amid_a_drag_takes_it_back(page):
+def test_escape_cancels_a_drag(page):
     advance(page, 3)
     before = read_everything(page)
     x, y = page.evaluate("kreisel.locate('tip')")
@@ -121,7 +121,7 @@ def test_escape_amid_a_drag_takes_it_back(page):
     assert read_everything(page) == before
 
 
-def test_undo_of_a_choice_gives_the_scene_before_back(page):
+def test_undo_of_a_menu_choice_restores_the_scene(page):
     advance(page, 3)
     before = read_everything(page)
     page.get_by_role("radio", name="Kowalewski").check()
@@ -134,7 +134,7 @@ def test_undo_of_a_choice_gives_the_scene_before_back(page):
     )
 
 
-def test_one_undo_for_one_pull_of_a_slider(page):
+def test_one_undo_reverts_one_move_of_a_slider(page):
     slider = page.get_by_role("slider", name="Gravity")
     for _ in range(3):
         slider.evaluate("(e) => (e.stepUp(), e.dispatchEvent(new Event('input', {bubbles: true})))")
@@ -157,7 +157,7 @@ def test_keys_work_after_a_click_on_a_button(page):
     assert read_clock(page) == 0
 
 
-def test_keys_do_nothing_while_a_drag_is_held(page):
+def test_keys_are_ignored_during_a_drag(page):
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
@@ -173,7 +173,7 @@ def test_keys_do_nothing_while_a_drag_is_held(page):
     assert read_scene(page)["momentum"] == [0.172, -1.862, 1.46]
 
 
-def test_start_is_called_stop_while_it_runs(page):
+def test_the_start_button_is_labelled_stop_while_running(page):
     page.locator("canvas").first.focus()
     for name, other in (("Start", "Stop"), ("Stop", "Start")):
         assert find_button(page, name).is_visible()
@@ -188,7 +188,7 @@ def test_start_is_called_stop_while_it_runs(page):
 # Scenes, methods
 
 
-def test_a_changed_scene_is_called_so(page):
+def test_a_changed_scene_is_labelled_as_changed(page):
     assert page.locator("#preset").inner_text() == f"{LISTED} {UPRIGHT}"
     for value in ("1.5", "2.5"):
         page.get_by_label("Momentum, first component").fill(value)
@@ -199,7 +199,7 @@ def test_a_changed_scene_is_called_so(page):
     assert page.locator("#preset").inner_text() == f"{LISTED} {UPRIGHT}"
 
 
-def test_a_method_that_does_not_suit_is_replaced(page):
+def test_an_unsuitable_method_is_replaced(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Shape").select_option("kowalewski")
     assert read_scene(page)["methods"] == ["strang", "rk4"]
@@ -217,7 +217,7 @@ def test_a_method_is_described(page, method):
     assert page.get_by_text(text).is_visible()
 
 
-def test_tolerance_is_kept_to(page):
+def test_errors_depend_on_the_tolerance(page):
     page.get_by_label("Method").first.select_option("extrap")
     field, errors = page.get_by_label("Tolerance of adaptive methods"), []
     exact = kr.solve(scene_in_python(read_scene(page)), [4.0], "exact").states[0]
@@ -237,7 +237,7 @@ def test_tolerance_is_kept_to(page):
 # Time
 
 
-def test_stop_time_is_told_and_kept(page):
+def test_the_stop_time_is_shown_and_respected(page):
     field = page.get_by_label("Stop at t")
     field.fill("0.5")
     field.press("Tab")
@@ -248,7 +248,7 @@ def test_stop_time_is_told_and_kept(page):
         assert "The stop time 0.5 is reached" in read_message(page)
 
 
-def test_advance_keeps_within_its_budget(page):
+def test_advance_respects_its_time_budget(page):
     load(page, methods=["extrap"], momentum=[1e4, 0, 1e4])
     page.evaluate(f"kreisel.page.advance({100 * TICKS}, 8)")
     assert page.evaluate("kreisel.page.isLate") and 0 < read_clock(page) < 100 * TICKS
@@ -261,7 +261,7 @@ def test_advance_keeps_within_its_budget(page):
 
 
 @pytest.mark.parametrize("key", ["Control+Shift+z", "Control+y"])
-def test_redo_gives_back_what_undo_took(page, key):
+def test_redo_restores_what_undo_reverted(page, key):
     for gravity in (4, 5, 6):
         page.evaluate("x => kreisel.page.setValue('gravity', x)", gravity)
     advance(page, 2)
@@ -279,7 +279,7 @@ def test_redo_gives_back_what_undo_took(page, key):
     assert find_button(page, "Redo").is_disabled()
 
 
-def test_a_refusal_leaves_redo_as_it_was(page):
+def test_a_refused_value_does_not_change_redo(page):
     page.evaluate("kreisel.page.setValue('gravity', 4)")
     page.keyboard.press("Control+z")
     page.evaluate("kreisel.page.setValue('step.0', -1)")

@@ -39,14 +39,14 @@ def read_text(page):
 
 
 def open_exercise(page, ask):
-    """Open an exercise, and return the closed form of its scene in Python."""
+    """Open an exercise, and return the closed form of the exercise's scene in Python."""
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(read_scene(page)))
 
 
 def read_numbers(page):
-    """Return pairs of a number that is shown over the picture and the note below the number."""
+    """Return pairs of a number shown over the picture and the note below this number."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [
@@ -60,7 +60,7 @@ def read_numbers(page):
 
 
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
-def test_circles_and_critical_spin_are_those_of_python(page, preset):
+def test_circles_and_critical_spin_agree_with_python(page, preset):
     load(page, preset["name"])
     given, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
     for i, top in enumerate(limits):
@@ -74,7 +74,7 @@ def test_circles_and_critical_spin_are_those_of_python(page, preset):
 
 
 @pytest.mark.parametrize("preset", WITHOUT_ROTOR, **NAMES)
-def test_a_start_in_words_is_that_of_python(page, preset):
+def test_textbook_starts_agree_with_python(page, preset):
     load(page, preset["name"])
     given, words = read_scene(page), preset["start"]
     rate = words.get("precession", 0.0)
@@ -105,20 +105,20 @@ def test_a_start_in_words_is_that_of_python(page, preset):
         {"tilt": 1, "spin": 2, "nod": 3},
     ],
 )
-def test_a_start_that_cannot_be_is_refused_in_words(page, start):
+def test_impossible_starts_are_refused_with_a_message(page, start):
     before = read_scene(page)
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
     assert "start cannot be" in page.locator("#words").inner_text() and read_scene(page) == before
 
 
-def test_too_little_spin_for_steady_precession_is_told(page):
+def test_too_little_spin_for_steady_precession_shows_a_message(page):
     before, start = read_scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
     assert "no steady precession" in page.locator("#words").inner_text()
     assert read_scene(page) == before
 
 
-def test_slow_precession_is_the_slow_one_for_either_sign_of_the_spin(page):
+def test_slow_precession_is_slow_for_either_sign_of_the_spin(page):
     for kind in ("slow", "fast"):
         rates = []
         for spin in (22, -22):
@@ -137,7 +137,7 @@ def test_slow_precession_is_the_slow_one_for_either_sign_of_the_spin(page):
 
 
 @pytest.mark.parametrize("preset", ALL, **NAMES)
-def test_each_preset_has_things_to_try_and_all_numbers_are_filled_in(page, preset):
+def test_every_preset_has_exercises_without_empty_numbers(page, preset):
     assert len(preset["exercises"]) >= 3
     page.evaluate(
         """name => {
@@ -192,7 +192,7 @@ def test_doubled_spin_halves_the_precession(page):
         ("Elastic rod", "A plane curve", "pendulum"),
     ],
 )
-def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
+def test_the_axis_moves_as_described(page, preset, ask, course):
     load(page, preset)
     exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
     assert exact.motion_type == course
@@ -202,7 +202,7 @@ def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
 
 
 @pytest.mark.parametrize("ask", [None, "14.6 and 13.8", "Both fast"])
-def test_red_sleeps_and_violet_does_as_is_told(page, ask):
+def test_the_sleeping_tops_move_as_described(page, ask):
     load(page, "Sleeping top")
     if ask:
         click_exercise(page, ask)
@@ -217,7 +217,7 @@ def states_spin(page, top):
     return page.evaluate(f"kreisel.simulation.measureTop({top}).spin")
 
 
-def test_a_scene_changed_by_hand_is_told_as_it_is(page):
+def test_the_description_follows_a_change_of_the_scene(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.page.setValue('gravity', 2)")
     exact = kr.exact(scene_in_python(read_scene(page)))
@@ -226,7 +226,7 @@ def test_a_scene_changed_by_hand_is_told_as_it_is(page):
     assert "It leans" not in read_text(page)
 
 
-def test_a_scene_without_words_is_told_as_it_is(page):
+def test_a_scene_without_description_gets_one(page):
     load(page, "A spinning top", name="mine", about="")
     assert read_text(page) == "The axis draws loops between 30.0° and 48.6°."
     load(page, "Kowalewski", name="mine", about="")
@@ -237,7 +237,7 @@ def test_a_scene_without_words_is_told_as_it_is(page):
 
 
 @pytest.mark.parametrize("t", [0, 2.5, 7])
-def test_the_live_numbers_are_those_of_python(page, t):
+def test_live_numbers_agree_with_python(page, t):
     load(page, "A spinning top")
     advance(page, t)
     exact = kr.exact(scene_in_python(read_scene(page)))
@@ -257,7 +257,7 @@ def test_the_live_numbers_are_those_of_python(page, t):
     assert float(numbers["turns"][0]) == pytest.approx(t * spin / (2 * np.pi), abs=0.051)
 
 
-def test_letters_stand_at_the_arrows_and_circles(page):
+def test_arrows_and_circles_are_labelled(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     letters = page.locator(".labels span:not([hidden])").all_inner_texts()
@@ -277,7 +277,7 @@ def test_letters_stand_at_the_arrows_and_circles(page):
 
 
 @pytest.mark.parametrize("preset", STANDING, **NAMES)
-def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
+def test_the_solid_of_revolution_has_the_mass_and_moments_of_the_scene(page, preset):
     load(page, preset["name"], show={"solid": "top"})
     profile = np.array(page.evaluate("kreisel.view.revolution.profile"))
     body = scene_in_python(read_scene(page)).body
@@ -305,7 +305,7 @@ def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
 
 
 def draw_solid(page, body):
-    """Show a body given in Python as a solid of revolution, and return its profile."""
+    """Show a body given in Python as a solid of revolution, and return the drawn profile."""
     given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
     page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
@@ -321,7 +321,7 @@ def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
     assert np.ptp(height) == pytest.approx(2, rel=0.01)
 
 
-def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
+def test_only_symmetric_bodies_are_drawn_as_solids_of_revolution(page):
     choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
     assert page.evaluate(drawn) == 21  # faces, corners and edges
     advance(page, 2)
@@ -336,7 +336,7 @@ def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
 
 
 @pytest.mark.parametrize("size", [(480, 320), (390, 780)], ids=str)
-def test_letters_keep_off_the_numbers(page, size):
+def test_labels_do_not_cover_the_numbers(page, size):
     page.set_viewport_size(make_viewport(size))
     load(page, "A spinning top")
     page.evaluate("kreisel.page.showMessage('')")
@@ -369,7 +369,7 @@ def test_letters_keep_off_the_numbers(page, size):
     assert over == []
 
 
-def test_arrows_of_all_tops_are_seen(page):
+def test_arrows_of_all_tops_are_visible(page):
     through = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
     load(page, "Sleeping top")
     assert page.evaluate(through) == [True, True]  # the arrows protrude from both bodies
@@ -382,20 +382,20 @@ def test_arrows_of_all_tops_are_seen(page):
 
 
 @pytest.mark.parametrize("tilt, is_shown", [(0.5, True), (1.9, True), (2.1, False), (30, False)])
-def test_the_critical_spin_is_told_of_tops_that_start_near_the_vertical(page, tilt, is_shown):
+def test_the_critical_spin_is_shown_for_tops_that_start_near_the_vertical(page, tilt, is_shown):
     load(page, "A spinning top", start={"tilt": tilt, "spin": 22})
     page.evaluate("kreisel.page.onChange()")
     assert read_numbers(page)["spin"][1] == ("critical 14.2" if is_shown else "")
 
 
-def test_texts_tell_the_critical_spin_of_upright_tops_alone(page):
+def test_texts_state_the_critical_spin_only_for_upright_tops(page):
     for preset in ALL:
         for each in [preset, *preset["exercises"]]:
             if "{critical}" in each.get("about", "") + each.get("text", ""):
                 assert each.get("start", preset.get("start"))["tilt"] <= 2, preset["name"]
 
 
-def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page):
+def test_slower_tops_fall_deeper_without_a_critical_spin_at_30_degrees(page):
     load(page, "A spinning top")
     body, gravity = scene_in_python(read_scene(page)).body, read_scene(page)["gravity"]
     spins = np.arange(8, 22.1, 0.5)
@@ -413,7 +413,7 @@ def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page
     assert "Slower spin, deeper fall" in read_text(page) and "critical" not in read_text(page)
 
 
-def test_numbers_say_of_which_top_they_are(page):
+def test_numbers_name_their_top(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.page.onChange()")
     assert "top" not in read_numbers(page)
@@ -439,7 +439,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the duration of one precession in each of several exercises."""
+    """Return the period of one precession in each of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")
@@ -448,7 +448,7 @@ def list_round_times(page, *asks):
     return found
 
 
-def test_what_is_said_of_fast_precession(page):
+def test_texts_of_fast_precession_are_true(page):
     fast, heavy, near, slow = list_round_times(
         page, None, "Twice the gravity", "Less spin", "The slow one"
     )
@@ -463,7 +463,7 @@ def test_what_is_said_of_fast_precession(page):
 
 
 @pytest.mark.parametrize("damping, written", [(0, "0"), (1e-6, "1e-6"), (1.2345e-7, "1.23e-7")])
-def test_a_field_shows_the_whole_of_a_small_number(page, damping, written):
+def test_fields_show_small_numbers_completely(page, damping, written):
     load(page, "A spinning top", damping=damping)
     field = page.get_by_label("Damping, number")
     assert field.input_value() == written

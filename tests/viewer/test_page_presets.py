@@ -1,4 +1,4 @@
-"""Tests that the texts of presets are true about tops without a closed form and about methods."""
+"""Tests that texts of presets are true of tops without a closed form and of methods."""
 
 import kreisel as kr
 import numpy as np
@@ -26,7 +26,7 @@ def open_exercise(page, preset, ask=None):
 
 
 def largest_change(page, top, name, until=None):
-    """Return the largest change of an integral from the start to the time `until`."""
+    """Return the largest change of an integral from the initial state to the time `until`."""
     values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
@@ -46,7 +46,7 @@ def largest_errors(page, *times):
 # Comparison of methods
 
 
-def test_equal_steps(page):
+def test_the_text_on_equal_steps_is_true(page):
     open_exercise(page, "Compare four")
     assert largest_errors(page, 100).argmax() == FOUR.index("yellow")
     yellow, green = 1, 3
@@ -57,19 +57,19 @@ def test_equal_steps(page):
     assert late[1] > 2 * early[1]
 
 
-def test_violet_is_nearest_to_the_exact_motion(page):
+def test_the_violet_top_is_nearest_to_the_exact_motion(page):
     open_exercise(page, "Compare four", "Measured against the exact motion")
     assert read_scene(page)["ghost"] and read_scene(page)["chart"] == "error"
     assert largest_errors(page, 100)[0].argmin() == FOUR.index("violet")
 
 
-def test_the_energy_of_runge_kutta_leaks_away(page):
+def test_the_energy_of_runge_kutta_decreases(page):
     open_exercise(page, "Compare four", "Classical Runge-Kutta instead")
     advance(page, 400)
     assert measure_top(page, 3, "energy") - read_record(page, 3, "energy")[0] < -0.1
 
 
-def test_equal_work(page):
+def test_the_text_on_equal_work_is_true(page):
     open_exercise(page, "Equal work")
     assert [top["step"] for top in page.evaluate("kreisel.page.tops")] == [0.03125, 5]
     (red, violet), (later, after) = largest_errors(page, 100, 1000)
@@ -79,7 +79,7 @@ def test_equal_work(page):
     assert energy[1] < 1.1 * energy[0] and energy[3] > 3 * energy[2] and energy[3] < energy[0] / 100
 
 
-def test_less_work_for_violet(page):
+def test_the_text_on_less_work_is_true(page):
     open_exercise(page, "Equal work", "Less work for violet")
     advance(page, 300)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
@@ -89,7 +89,7 @@ def test_less_work_for_violet(page):
     assert (ratio[times[1:] >= 250] > 6).all()
 
 
-def test_a_good_energy_is_no_proof_of_a_good_motion(page):
+def test_a_small_energy_error_does_not_prove_a_good_motion(page):
     open_exercise(page, "Energy and motion")
     red, violet = largest_errors(page, 30)[0]
     assert violet > 20 * red
@@ -99,7 +99,7 @@ def test_a_good_energy_is_no_proof_of_a_good_motion(page):
     assert largest_change(page, 1, "energy") > 2 * largest_change(page, 0, "energy")
 
 
-def test_the_modified_energy_is_kept_to_rounding(page):
+def test_the_modified_energy_is_conserved_up_to_rounding(page):
     open_exercise(page, "Energy and motion", "What red conserves")
     path = kr.solve(scene_in_python(read_scene(page)), 20, "bobenko_suris", step=0.05, every=1)
     advance(page, 20)
@@ -116,7 +116,7 @@ def test_large_steps_lose_runge_kutta(page):
     assert red < 0.2 and violet > 1
 
 
-def test_each_method_has_its_own_step_or_all_have_both(page):
+def test_methods_have_separate_or_common_steps(page):
     load(page, methods=["strang", "rk4"], step=[0.01])
     steps = "kreisel.page.tops.map(({step}) => step)"
     own = page.get_by_label("Second step for the other methods only")
@@ -134,7 +134,7 @@ def test_each_method_has_its_own_step_or_all_have_both(page):
 # Tops without a closed form
 
 
-def test_the_change_of_k_is_the_error_of_the_computation(page):
+def test_the_change_of_k_is_a_numerical_error(page):
     open_exercise(page, "Kowalewski")
     advance(page, 5)
     coarse = largest_change(page, 0, "kowalewski")
@@ -148,7 +148,7 @@ def test_the_change_of_k_is_the_error_of_the_computation(page):
     assert page.evaluate("kreisel.page.kind") == "general" and read_scene(page)["chart"] == "energy"
 
 
-def test_g_stays_while_the_momentum_is_level(page):
+def test_g_is_constant_for_a_horizontal_momentum(page):
     changes = []
     for ask in (None, "Another level start", "Lift m a little", "Lift m a lot"):
         open_exercise(page, "Goryachev-Chaplygin", ask)
@@ -167,14 +167,14 @@ def test_g_stays_while_the_momentum_is_level(page):
         ("About the short axis", 2, False),
     ],
 )
-def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
+def test_only_the_middle_axis_flips_over(page, ask, axis, turns):
     open_exercise(page, "Dzhanibekov effect", ask)
     path = kr.solve(scene_in_python(read_scene(page)), 60, "strang", step=0.01, every=10)
     along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
     assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns
 
 
-def test_the_elastic_rod(page):
+def test_the_texts_on_the_elastic_rod_are_true(page):
     rods = {}
     for ask in (None, "A plane curve", "Twist it more"):
         open_exercise(page, "Elastic rod", ask)
@@ -192,7 +192,7 @@ def test_the_elastic_rod(page):
 # Texts
 
 
-def test_texts_are_in_sight(page):
+def test_texts_are_visible(page):
     page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
     about = "document.getElementById('about')"
     hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{

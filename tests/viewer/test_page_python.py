@@ -1,4 +1,4 @@
-"""Tests of kr.view: in Python, in a notebook, on the command line, and with a computed path."""
+"""Tests of kr.view in Python, in a notebook, on the command line, and for a computed path."""
 
 import base64
 
@@ -19,7 +19,7 @@ def test_a_scene_from_python(browser, tmp_path):
     page.context.close()
 
 
-def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
+def test_bodies_without_given_density_are_drawn_with_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
@@ -45,7 +45,7 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     page.context.close()
 
 
-def test_three_methods_from_python_stand_beside_each_other(browser, tmp_path):
+def test_three_methods_from_python_are_shown_side_by_side(browser, tmp_path):
     names = ["strang", "rk4", "taylor"]
     kr.view(kr.scenes.thesis, methods=names, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
@@ -54,7 +54,7 @@ def test_three_methods_from_python_stand_beside_each_other(browser, tmp_path):
     page.context.close()
 
 
-def test_python_and_page_count_the_same_ticks(browser, tmp_path):
+def test_python_and_the_viewer_use_the_same_ticks(browser, tmp_path):
     kr.view(kr.scenes.thesis, step=3e-6, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.page.tops[0].ticks") == 3
@@ -90,7 +90,7 @@ FORBIDDEN = """async () => {
 }"""
 
 
-def test_the_page_runs_its_own_script_and_asks_nobody(browser, tmp_path):
+def test_the_viewer_runs_only_its_own_script(browser, tmp_path):
     kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.troubles == []
@@ -108,7 +108,7 @@ def test_the_page_runs_in_a_notebook(browser):
     page.context.close()
 
 
-def test_view_refuses(tmp_path, monkeypatch):
+def test_view_refuses_invalid_arguments(tmp_path, monkeypatch):
     with pytest.raises(TypeError, match=r"Scene or a kreisel\.Path"):
         kr.view("thesis", open=False)
     with pytest.raises(ValueError, match="one to three methods"):
@@ -124,7 +124,7 @@ def test_view_refuses(tmp_path, monkeypatch):
         _ = kr.view(kr.scenes.thesis, open=False).html
 
 
-def test_states_travel_without_loss():
+def test_states_are_transferred_exactly():
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.01, every=1)
     (track,) = kr.view(path, open=False).scene["tracks"]
     assert (
@@ -145,7 +145,7 @@ def test_states_travel_without_loss():
         ("Kowalewski", {"methods": ["taylor", "strang", "rk4"], "step": [0.03, 0.07]}),
     ],
 )
-def test_the_program_gives_the_states_of_the_page(page, preset, changes):
+def test_the_program_gives_the_states_of_the_viewer(page, preset, changes):
     load(page, preset, **changes)
     program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
@@ -160,7 +160,7 @@ def test_the_program_gives_the_states_of_the_page(page, preset, changes):
     assert ends[exact].tolist() == now[exact].tolist()
 
 
-def test_the_program_knows_a_body_given_by_numbers(page):
+def test_the_program_contains_a_body_given_by_numbers(page):
     page.evaluate("s => kreisel.page.load(s)", kr.view(kr.scenes.asymmetric, open=False).scene)
     program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)

@@ -48,7 +48,7 @@ def fill_field(page, name, value):
 # Misleading displays
 
 
-def test_ticks_are_as_far_apart_as_they_say(page):
+def test_tick_labels_are_evenly_spaced(page):
     load(page, chart="energy", methods=["bobenko_suris2"])
     advance(page, 0.98)
     page.evaluate("kreisel.charts.update()")
@@ -79,7 +79,7 @@ def test_each_top_has_its_own_error_and_no_other_ones(page):
         ("ghost", True),
     ],
 )
-def test_what_computes_keeps_the_start_and_the_time(page, place, value):
+def test_changes_of_method_and_step_keep_start_and_time(page, place, value):
     advance(page, 20)
     before = read_start(page)
     page.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
@@ -96,7 +96,7 @@ def test_what_computes_keeps_the_start_and_the_time(page, place, value):
     assert read_states(page)[0] == path.states[-1].tolist()
 
 
-def test_gravity_and_body_keep_the_start(page):
+def test_changes_of_gravity_and_body_keep_the_start(page):
     advance(page, 20)
     before = read_scene(page)
     page.evaluate("kreisel.page.setValue('gravity', 2)")
@@ -109,7 +109,7 @@ def test_gravity_and_body_keep_the_start(page):
     assert read_scene(page) == before and read_clock(page) == 0
 
 
-def test_a_start_taken_from_the_motion_is_told(page):
+def test_a_start_taken_from_the_motion_is_reported(page):
     before, told = read_scene(page), page.locator("#start")
     assert told.inner_text() == "Start: as given"
     advance(page, 3)
@@ -125,7 +125,7 @@ def test_a_start_taken_from_the_motion_is_told(page):
     assert read_scene(page)["taken"] == 3
 
 
-def test_a_start_of_an_exercise_or_by_hand_is_told(page):
+def test_a_start_of_an_exercise_or_by_hand_is_reported(page):
     load(page, "A spinning top")
     told = page.locator("#start")
     for title in ("Without spin", "Double the spin"):
@@ -142,7 +142,7 @@ def test_a_start_of_an_exercise_or_by_hand_is_told(page):
     assert told.inner_text() == "Start: as given" and page.locator("#about h3").count() == 0
 
 
-def test_a_phone_shows_what_to_try(browser):
+def test_a_phone_shows_the_exercises(browser):
     page = visit(browser, size=PHONE, reduced_motion="reduce")
     for button in page.locator(".exercises button:visible").all():
         box = button.bounding_box()
@@ -151,7 +151,7 @@ def test_a_phone_shows_what_to_try(browser):
     page.context.close()
 
 
-def test_a_top_between_its_steps_says_when_it_is_drawn(page):
+def test_a_top_between_its_steps_shows_its_time(page):
     load(page, "Compare four")
     advance(page, 11.7)
     wait_for(page, "document.getElementById('times').textContent.includes('11.6')")
@@ -160,7 +160,7 @@ def test_a_top_between_its_steps_says_when_it_is_drawn(page):
     wait_for(page, "!document.getElementById('times').textContent")
 
 
-def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
+def test_descriptions_are_removed_when_the_scene_changes(page):
     told = page.locator("#about").inner_text()
     page.evaluate("kreisel.page.setValue('gravity', 3)")
     assert told not in page.locator("#about").inner_text()
@@ -185,7 +185,7 @@ def test_nothing_jumps_while_a_slider_is_held(page):
         assert slider.bounding_box() == place
 
 
-def test_the_table_keeps_to_its_lines(page):
+def test_rows_of_the_table_keep_their_height(page):
     load(page, methods=["bobenko_suris2"])
     lines = "document.querySelector('#integrals td').offsetHeight"
     wait_two_frames(page)
@@ -200,7 +200,7 @@ def test_the_table_keeps_to_its_lines(page):
     assert page.evaluate(lines) == before
 
 
-def test_a_second_top_comes_into_sight(page):
+def test_a_second_top_is_brought_into_view(page):
     far = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
     before = page.evaluate(far)
     page.get_by_label("Beside it").select_option("strang")
@@ -214,7 +214,7 @@ def test_a_second_top_comes_into_sight(page):
             assert 0 < x < WIDE[0] - 320 and 0 < y < WIDE[1]
 
 
-def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
+def test_presets_have_their_own_viewing_direction(page):
     looks = "kreisel.view.camera.position.toArray()"
     page.evaluate("kreisel.choosePreset(kreisel.presets[0])")
     before = page.evaluate(looks)
@@ -225,7 +225,7 @@ def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
     assert page.evaluate(looks) == pytest.approx(before)
 
 
-def test_the_stop_time_stays_one_at_which_steps_meet(page):
+def test_the_stop_time_is_a_common_multiple_of_the_steps(page):
     load(page, "Compare four")
     page.evaluate("kreisel.page.setValue('stop', 10.13)")
     assert read_scene(page)["stop"] == 10.2
@@ -236,7 +236,7 @@ def test_the_stop_time_stays_one_at_which_steps_meet(page):
 # Freezes
 
 
-def test_a_top_much_too_fast_leaves_the_page_alive(browser):
+def test_a_very_fast_top_does_not_block_the_viewer(browser):
     given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
     page = visit(browser, reduced_motion="reduce", fragment="#scene=" + quote(json.dumps(given)))
     page.get_by_role("button", name="Start", exact=True).click()
@@ -254,7 +254,7 @@ def test_a_top_much_too_fast_leaves_the_page_alive(browser):
 # Missing or translucent parts
 
 
-def test_what_cannot_be_seen_is_not_picked(page):
+def test_hidden_parts_cannot_be_picked(page):
     load(page, "Compare four", distance=0)
     advance(page, 11.7)
     page.evaluate("kreisel.view.tops.forEach((top, i) => i === 1 || (top.handles = []))")
@@ -274,7 +274,7 @@ def test_a_solid_body_hides_what_is_behind_it(page):
     assert not page.evaluate(hides)
 
 
-def test_nothing_has_no_arrow(page):
+def test_zero_vectors_have_no_arrow(page):
     heads = "kreisel.view.tops[0].m.children.slice(0, 2).map((part) => part.visible)"
     assert page.evaluate(heads) == [True, True]
     load(page, momentum=[0, 0, 0], gravity=0)
@@ -283,14 +283,14 @@ def test_nothing_has_no_arrow(page):
     assert np.linalg.norm(read_scene(page)["momentum"]) > 0 and page.evaluate(heads) == [True, True]
 
 
-def test_rounding_is_no_number_of_the_body(page):
+def test_rounding_errors_are_not_shown_as_body_values(page):
     load(page, body={"half": [0.8, 0.8, 1], "pivot": [1.2e-16, 0.3, -1], "density": 1})
     page.evaluate("kreisel.page.onChange()")
     assert "e-" not in page.locator("#body").inner_text()
     assert page.get_by_label("Fixed point, from the centre, N").input_value() == "0"
 
 
-def test_paper_has_the_whole_picture(page):
+def test_printed_pages_show_the_whole_picture(page):
     page.emulate_media(media="print")
     page.set_viewport_size({"width": 794, "height": 1100})
     try:
@@ -305,7 +305,7 @@ def test_paper_has_the_whole_picture(page):
         page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
 
 
-def test_the_letter_of_an_arrow_stands_beside_it(browser):
+def test_the_label_of_an_arrow_is_beside_the_arrow(browser):
     page = visit(browser, size=PHONE, reduced_motion="reduce")
     load(page, "Steady precession")
     page.evaluate("kreisel.page.setRunning(true)")
@@ -319,7 +319,7 @@ def test_the_letter_of_an_arrow_stands_beside_it(browser):
     page.context.close()
 
 
-def test_all_keys_can_be_read_at_once(page):
+def test_the_list_of_keys_needs_no_scrolling(page):
     page.locator("canvas").first.focus()
     page.keyboard.press("?")
     box = page.get_by_role("dialog").bounding_box()
@@ -332,7 +332,7 @@ def test_all_keys_can_be_read_at_once(page):
 # Messages
 
 
-def test_a_message_goes_with_its_cause(page):
+def test_a_message_disappears_with_its_cause(page):
     fill_field(page, "Jump to t", "1e10")
     assert "Cannot jump to" in read_message(page)
     fill_field(page, "Jump to t", "12.3")
@@ -340,7 +340,7 @@ def test_a_message_goes_with_its_cause(page):
     assert read_message(page) == ""
 
 
-def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
+def test_scenes_of_a_later_version_are_refused(browser):
     page = visit(browser, reduced_motion="reduce", fragment='#scene={"version": 99}')
     assert "version cannot be 99: this page reads 1" in read_message(page)
     assert read_scene(page)["name"] == PRESETS[0]
@@ -358,7 +358,7 @@ def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
         ("Tilt, degrees", "", "Tilt cannot be empty"),
     ],
 )
-def test_a_refusal_says_what_may_be_beside_the_field(page, name, value, why):
+def test_allowed_values_are_shown_beside_a_refused_field(page, name, value, why):
     before = read_scene(page)
     fill_field(page, name, value)
     field = page.get_by_label(name, exact=True)
@@ -371,7 +371,7 @@ def test_a_refusal_says_what_may_be_beside_the_field(page, name, value, why):
     assert page.locator(".wrong:visible").count() == 0
 
 
-def test_a_path_that_cannot_be_read_is_refused_in_words_of_its_own(browser):
+def test_unreadable_paths_have_a_specific_message(browser):
     tracks = [{"name": "rk4", "step": 0.1, "states": "!"}]
     fragment = "#scene=" + quote(json.dumps({"tracks": tracks}))
     page = visit(browser, reduced_motion="reduce", fragment=fragment)

@@ -1,4 +1,4 @@
-"""Tests of the camera, and that drawn traces, rods and bodies agree with Python."""
+"""Tests of the camera, and of drawn traces, rods and bodies against Python."""
 
 import kreisel as kr
 import numpy as np
@@ -86,7 +86,7 @@ def is_green(page, x, y):
 # The camera
 
 
-def test_drag_beside_the_top_orbits(page):
+def test_dragging_beside_the_top_orbits_the_camera(page):
     before, offset, target = read_scene(page), *read_camera(page)[:2]
     drag_empty(page, (90, 30))
     turned, same, _ = read_camera(page)
@@ -97,7 +97,7 @@ def test_drag_beside_the_top_orbits(page):
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_drag_with_the_right_button_pans(page, on):
+def test_dragging_with_the_right_button_pans(page, on):
     set_flat(page, on)
     (offset, target, _), x = read_camera(page), page.evaluate("kreisel.locate('tip')[0]")
     drag_empty(page, (90, 0), button="right")
@@ -107,7 +107,7 @@ def test_drag_with_the_right_button_pans(page, on):
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_wheel_zooms_within_limits(page, on):
+def test_the_wheel_zooms_within_limits(page, on):
     set_flat(page, on)
     size = (
         "kreisel.view.camera.zoom"
@@ -129,7 +129,7 @@ def test_wheel_zooms_within_limits(page, on):
 
 @pytest.mark.parametrize("way", [-8000, 8000], ids=["near", "far"])
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
-def test_next_side_brings_all_back_into_sight(page, on, way):
+def test_the_next_side_button_brings_all_tops_into_view(page, on, way):
     set_flat(page, on)
     before = measure_sides(page)
     page.mouse.move(*EMPTY)
@@ -141,7 +141,7 @@ def test_next_side_brings_all_back_into_sight(page, on, way):
     assert measure_sides(page) == pytest.approx(before, rel=0.02)
 
 
-def test_panel_can_be_put_away(page):
+def test_the_panel_can_be_hidden(page):
     narrow = measure_picture(page)["width"]
     for hide, show in (
         (lambda: page.keyboard.press("h"),) * 2,
@@ -194,7 +194,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 
 
 def read_rings(page):
-    """Return the points of the rod, (rings, sides, 3), newest first."""
+    """Return the points of the rod as an array (rings, sides, 3), newest first."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
     return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]
@@ -203,7 +203,7 @@ def read_rings(page):
 @pytest.mark.parametrize(
     "preset, ratio", [(UPRIGHT, 1), ("Kowalewski", 0.5**0.5), ("Goryachev-Chaplygin", 0.5)]
 )
-def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
+def test_the_thickness_of_the_rod_follows_from_the_moments(page, preset, ratio):
     load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
     advance(page, 3)
@@ -223,7 +223,7 @@ def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
 
 
 @pytest.mark.parametrize("preset", ["Elastic rod", "Kowalewski"])
-def test_rod_is_that_of_python_and_grows(page, preset):
+def test_the_rod_agrees_with_python_and_grows(page, preset):
     load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
     lengths = []
@@ -254,7 +254,7 @@ def test_rod_is_that_of_python_and_grows(page, preset):
 
 
 @pytest.mark.parametrize("t, stride", [(5, 1), (45, 2)])
-def test_trace_is_the_way_of_the_apex(page, t, stride):
+def test_the_trace_is_the_curve_of_the_apex(page, t, stride):
     advance(page, t)
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.start.data.array), drawRange.count])({TOP}.line.geometry)""")
@@ -287,7 +287,7 @@ def check_body(page, body):
     )
 
 
-def test_body_is_told_as_python_tells_it(page):
+def test_the_description_of_the_body_agrees_with_python(page):
     assert read_body(page)[0] == "Lagrange" and read_body(page)[1] == [
         5.12,
         7.919,
@@ -308,7 +308,7 @@ def test_body_is_told_as_python_tells_it(page):
 
 
 @pytest.mark.parametrize("name", ["thesis", "asymmetric", "dzhanibekov"])
-def test_body_given_by_numbers_is_told_too(page, name):
+def test_a_body_given_by_numbers_is_described(page, name):
     given = getattr(kr.scenes, name)
     page.evaluate("given => kreisel.page.load(given)", kr.view(given, open=False).scene)
     check_body(page, given.body)

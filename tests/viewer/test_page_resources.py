@@ -104,13 +104,13 @@ def tried(page):
 
 
 @pytest.mark.parametrize("first", NAMES)
-def test_what_is_kept_shows_the_same_as_what_is_made_anew(tried, first):
+def test_reused_meshes_show_the_same_as_new_ones(tried, first):
     assert tried.evaluate("Object.keys(changes)") == NAMES
     assert tried.evaluate(PAIRS, first) == []
 
 
 @pytest.mark.parametrize("change", ["tip", "face", "corner", "pivot", "heavy", "dark", "four"])
-def test_a_change_is_seen(tried, change):
+def test_a_change_is_shown(tried, change):
     before = tried.evaluate("seen()")
     tried.evaluate(f"changes.{change}()")
     assert tried.evaluate("seen()") != before
@@ -133,7 +133,7 @@ PARTS = """(() => {
         ("Sleeping top", ["tip", "face"]),
     ],
 )
-def test_a_drag_makes_nothing_anew(tried, preset, held):
+def test_a_drag_creates_no_new_meshes(tried, preset, held):
     for part in held:
         load(tried, preset)
         tried.evaluate("delete window.known")
@@ -144,7 +144,7 @@ def test_a_drag_makes_nothing_anew(tried, preset, held):
         tried.keyboard.press("Escape")
 
 
-def test_a_thousand_drags_leave_nothing_behind(tried):
+def test_a_thousand_drags_leak_no_resources(tried):
     told = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
         kreisel.view.isDirty = true;
@@ -165,7 +165,7 @@ def test_a_thousand_drags_leave_nothing_behind(tried):
     assert tried.evaluate(told)[:2] == before[:2]
 
 
-def test_charts_are_kept_and_have_the_record_of_now(tried):
+def test_charts_are_reused_with_the_current_record(tried):
     plots = "kreisel.charts.plots.every((plot, k) => plot === known[k])"
     advance(tried, 2)
     wait_for(tried, f"kreisel.charts.clock === {2 * TICKS}")
@@ -180,7 +180,7 @@ def test_charts_are_kept_and_have_the_record_of_now(tried):
 
 
 @pytest.mark.parametrize("top", [0, 1])
-def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
+def test_the_dragged_top_determines_the_new_start(tried, top):
     load(tried, "Energy and motion")
     advance(tried, 20)
     before = read_states(tried)
@@ -189,7 +189,7 @@ def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
     assert read_scene(tried)["attitude"] == before[top][1:5]
 
 
-def test_undo_while_a_drag_is_held_is_not_for_a_field(page):
+def test_undo_during_a_drag_does_not_change_a_field(page):
     page.get_by_label("Thickness, number").fill("2")
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

@@ -24,7 +24,7 @@ TRACED = ["A spinning top", "Rising top", "Gyroscope"]
 
 
 @pytest.mark.parametrize("preset", TRACED)
-def test_picture_of_a_scene_is_its_trace(page, preset):
+def test_the_thumbnail_of_a_scene_is_its_trace(page, preset):
     load(page, preset)
     path = kr.exact(scene_in_python(read_scene(page)))(np.arange(240, -1, -1) * 0.05)
     data = page.evaluate(
@@ -37,7 +37,7 @@ def test_picture_of_a_scene_is_its_trace(page, preset):
     assert shown == pytest.approx(seen, abs=0.03)  # older points are up to 2 % nearer the centre
 
 
-def test_each_scene_has_a_picture_within_its_box(page):
+def test_every_scene_has_a_thumbnail_within_its_box(page):
     inside = page.evaluate(f"""{STRIP}.map((svg) => {{
         const {{x, y, width, height}} = svg.viewBox.baseVal;
         return [...svg.querySelectorAll({TRACE!r})].every((p) => {{
@@ -57,7 +57,7 @@ DELAY = """{
 }"""
 
 
-def test_pictures_are_drawn_beside_a_motion(browser):
+def test_thumbnails_are_drawn_while_the_motion_runs(browser):
     page = browser.new_context(offline=True, reduced_motion="reduce").new_page()
     page.add_init_script(DELAY)
     page.goto(PAGE.as_uri())
@@ -72,7 +72,7 @@ def test_pictures_are_drawn_beside_a_motion(browser):
     page.context.close()
 
 
-def test_arrow_keys_choose_a_scene_and_it_is_in_sight(page):
+def test_arrow_keys_choose_a_visible_scene(page):
     load(page, PRESETS[0])
     page.get_by_role("radio", name=PRESETS[0]).focus()
     for name in PRESETS[1:8]:
@@ -98,7 +98,7 @@ def sharing(page):
     page.evaluate("history.replaceState(null, '', '#')")
 
 
-def test_square_picture_has_the_whole_top(sharing):
+def test_the_square_picture_shows_the_whole_top(sharing):
     before = sharing.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
     with sharing.expect_download() as download:
         sharing.get_by_role("button", name="Square picture").click()
@@ -109,7 +109,7 @@ def test_square_picture_has_the_whole_top(sharing):
     assert after == before
 
 
-def test_film_runs_and_ends(sharing):
+def test_a_video_starts_and_ends(sharing):
     sharing.evaluate("Object.assign(kreisel.share, {seconds: 1, size: 120}).draw()")
     with sharing.expect_download() as download:
         state = "[kreisel.page.isRunning, document.querySelector('#share :disabled').textContent]"
@@ -121,7 +121,7 @@ def test_film_runs_and_ends(sharing):
     sharing.evaluate("Object.assign(kreisel.share, {seconds: 6, size: 1080})")
 
 
-def test_film_is_refused_in_words_where_the_browser_has_none(sharing):
+def test_videos_are_refused_with_a_message_if_unsupported(sharing):
     sharing.evaluate("window.kept = kreisel.share.filmType, kreisel.share.filmType = undefined")
     sharing.get_by_role("button", name="Film of").click()
     assert read_message(sharing) == "This browser cannot record films"
@@ -132,7 +132,7 @@ def test_film_is_refused_in_words_where_the_browser_has_none(sharing):
 
 
 @pytest.mark.parametrize("change", ["setValue('gravity', 8)", "setValue('tilt', 50)"])
-def test_trace_before_a_change_stays_as_a_faint_line(page, change):
+def test_the_trace_before_a_change_stays_as_a_faint_line(page, change):
     load(page, "A spinning top")
     advance(page, 4)
     before = page.evaluate("Array.from(kreisel.view.getTrace(0))")
@@ -149,7 +149,7 @@ def test_trace_before_a_change_stays_as_a_faint_line(page, change):
     assert not page.evaluate("kreisel.view.tops[0].before?.visible")
 
 
-def test_trace_stays_during_a_drag_and_its_chart_too(page):
+def test_traces_and_charts_stay_during_a_drag(page):
     load(page, "A spinning top")
     advance(page, 4)
     x, y = page.evaluate("kreisel.locate('tip')")

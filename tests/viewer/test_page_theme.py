@@ -28,7 +28,7 @@ FRAMES = """new Promise((done) => {
 
 @pytest.fixture
 def chosen(page):
-    """Return the viewer, and restore the colour scheme of the system after the test."""
+    """Return the viewer, and restore the system's colour scheme after the test."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")
@@ -43,7 +43,7 @@ def wait_until_drawn(page):
 # Light and dark
 
 
-def test_light_is_that_of_the_system_until_one_chooses(chosen):
+def test_the_colour_scheme_follows_the_system_until_chosen(chosen):
     light = chosen.evaluate(GROUND)
     chosen.emulate_media(color_scheme="dark")
     wait_for(chosen, f"{GROUND} !== '{light}'")
@@ -58,7 +58,7 @@ def test_light_is_that_of_the_system_until_one_chooses(chosen):
     assert chosen.evaluate(GROUND) == light
 
 
-def test_light_or_dark_is_remembered(browser):
+def test_the_chosen_colour_scheme_is_remembered(browser):
     page = visit(browser, color_scheme="light", reduced_motion="reduce")
     light, dark = page.evaluate(GROUND), None
     for choice in ("dark", "light", "dark", ""):
@@ -71,7 +71,7 @@ def test_light_or_dark_is_remembered(browser):
     page.context.close()
 
 
-def test_light_or_dark_can_be_chosen_where_nothing_is_remembered(browser):
+def test_the_colour_scheme_can_be_chosen_without_storage(browser):
     context = browser.new_context(color_scheme="light", reduced_motion="reduce")
     page = context.new_page()
     page.add_init_script("""Object.defineProperty(window, 'localStorage', {get() {
@@ -88,7 +88,7 @@ def test_light_or_dark_can_be_chosen_where_nothing_is_remembered(browser):
 
 
 @pytest.mark.parametrize("light, ground", [("light", "ffffff"), ("dark", "000000")])
-def test_a_projector_gets_all_the_contrast_there_is(chosen, light, ground):
+def test_projector_mode_has_the_highest_contrast(chosen, light, ground):
     chosen.get_by_label("Light or dark").select_option(light)
     before = chosen.evaluate(GROUND)
     chosen.get_by_role("button", name="Projector").click()
@@ -97,7 +97,7 @@ def test_a_projector_gets_all_the_contrast_there_is(chosen, light, ground):
     assert chosen.evaluate(GROUND) == before
 
 
-def test_a_projector_gets_larger_numbers_and_charts(page):
+def test_projector_mode_has_larger_numbers_and_charts(page):
     size = "parseFloat(getComputedStyle(document.querySelector('#numbers dd')).fontSize)"
     panel = "document.getElementById('panel').clientWidth"
     before = page.evaluate(size)
@@ -111,7 +111,7 @@ def test_a_projector_gets_larger_numbers_and_charts(page):
     assert page.evaluate(size) == before
 
 
-def test_charts_in_a_hall_can_be_read_from_afar(page):
+def test_charts_in_projector_mode_have_large_text(page):
     page.set_viewport_size(make_viewport((2400, 1300)))
     load(page, "Compare four")
     advance(page, 30)
@@ -129,7 +129,7 @@ def test_charts_in_a_hall_can_be_read_from_afar(page):
     page.set_viewport_size(make_viewport(WIDE))
 
 
-def test_paper_is_light(chosen):
+def test_printed_pages_are_light(chosen):
     light = chosen.evaluate(GROUND)
     chosen.get_by_label("Light or dark").select_option("dark")
     dark = chosen.evaluate(GROUND)
@@ -143,7 +143,7 @@ def test_paper_is_light(chosen):
 # Idle pages
 
 
-def test_a_page_at_rest_draws_nothing(page):
+def test_an_idle_viewer_draws_nothing(page):
     advance(page, 3)
     before = wait_until_drawn(page)
     page.evaluate(FRAMES)
@@ -152,7 +152,7 @@ def test_a_page_at_rest_draws_nothing(page):
     assert wait_until_drawn(page) > before
 
 
-def test_a_light_on_a_handle_asks_for_no_pictures(page):
+def test_highlighting_a_handle_draws_no_frames_when_idle(page):
     page.mouse.move(*page.evaluate("kreisel.locate('tip')"))
     before = wait_until_drawn(page)
     assert page.evaluate("kreisel.drags.highlight.visible")
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def read_drops(page):
-    """Return the feet and heights of the drop lines from the tip of m and the centre of mass."""
+    """Return the lower ends and heights of the drop lines from the tip of m and from the centre."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")

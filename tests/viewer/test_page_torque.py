@@ -1,4 +1,4 @@
-"""Tests of weight and torque in the picture, of the path of m, and of the rule for fast tops."""
+"""Tests of the drawn weight and torque, of the path of m, and of the rule for fast tops."""
 
 import kreisel as kr
 import numpy as np
@@ -19,7 +19,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_arrow(page, name):
-    """Return the start and the vector of an arrow of the first top, in units of the picture."""
+    """Return the start point and the vector of an arrow of the first top, in picture units."""
     script = f"""(({{position, quaternion, tip}}) =>
         [position, tip.position.clone().applyQuaternion(quaternion)].map((v) => v.toArray())
     )({TOP}.{name})"""
@@ -27,7 +27,7 @@ def read_arrow(page, name):
 
 
 def compute_torque(page):
-    """Return the lever and the torque of the weight of the first top, computed in Python."""
+    """Return the lever arm and the torque of the first top's weight, computed in Python."""
     scene = scene_in_python(read_scene(page))
     lever = np.array(kr.quaternion.turn(read_states(page)[0][1:5], scene.body.com))
     return lever, np.cross(lever, [0, 0, -scene.body.mass * scene.gravity])
@@ -40,7 +40,7 @@ def read_visible(page, *names):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_torque_is_at_the_tip_of_m_and_weight_at_the_centre_of_mass(page, preset):
+def test_the_torque_is_drawn_at_the_tip_of_m_and_the_weight_at_the_centre(page, preset):
     load(page, preset)
     page.evaluate("kreisel.page.setValue('show.torque', true)")
     advance(page, 1.5)
@@ -60,7 +60,7 @@ def test_torque_is_at_the_tip_of_m_and_weight_at_the_centre_of_mass(page, preset
     assert arrow[:2] == pytest.approx([0, 0]) and arrow[2] * read_scene(page)["gravity"] < 0
 
 
-def test_path_of_m_is_level_and_that_of_python(page):
+def test_the_path_of_m_is_horizontal_and_agrees_with_python(page):
     load(page, "A spinning top")
     click_exercise(page, WHY)
     advance(page, 5)
@@ -89,7 +89,7 @@ def test_a_top_with_spin_keeps_its_tilt_and_one_without_falls(page):
 
 
 @pytest.mark.parametrize("spin", [22, -22])
-def test_axis_and_torque_are_seen_at_length_at_the_start(page, spin):
+def test_axis_and_torque_are_not_foreshortened_at_the_start(page, spin):
     load(page, "A spinning top")
     click_exercise(page, WHY)
     start = {"tilt": 30, "spin": spin, "precession": "slow"}
@@ -107,7 +107,7 @@ def test_axis_and_torque_are_seen_at_length_at_the_start(page, spin):
             assert seen > (0.85 if name == "m" else 0.55), (name, t, seen)
 
 
-def test_labels_keep_off_the_torque(page):
+def test_labels_do_not_cover_the_torque(page):
     load(page, "A spinning top")
     click_exercise(page, WHY)
     for t in np.arange(0, 8, 0.5):
@@ -124,7 +124,7 @@ def test_labels_keep_off_the_torque(page):
             assert not inside.all(axis=1).any(), (words, t)
 
 
-def test_rule_of_fast_tops_is_compared_with_the_mean_precession(page):
+def test_the_rule_for_fast_tops_is_compared_with_the_mean_precession(page):
     load(page, "A spinning top")
     assert "fast-top rule" not in read_numbers(page)
     click_exercise(page, WITHOUT_SPIN)

@@ -1,4 +1,4 @@
-"""Tests of the toolbar, pushes, touch, and input by keys and numbers."""
+"""Tests of the toolbar, pushes, touch, and input by keyboard."""
 
 import kreisel as kr
 import numpy as np
@@ -43,7 +43,7 @@ def swipe(page, kind, by, pointer="touch", number=0):
 # Fingers
 
 
-def test_a_finger_on_the_body_looks_around(browser):
+def test_a_touch_on_the_body_orbits_the_camera(browser):
     page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
     page.evaluate("kreisel.page.setRunning(true)")
     wait_for(page, "kreisel.page.clock > 0")
@@ -57,7 +57,7 @@ def test_a_finger_on_the_body_looks_around(browser):
     page.context.close()
 
 
-def test_a_handle_lights_up(page):
+def test_handles_are_highlighted_on_hover(page):
     page.mouse.move(*page.evaluate("kreisel.locate('tip')"))
     assert page.evaluate("kreisel.drags.highlight.visible")
     page.mouse.move(30, 300)
@@ -65,7 +65,7 @@ def test_a_handle_lights_up(page):
 
 
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
-def test_a_push_jerks_the_running_top(page, pointer):
+def test_a_push_changes_the_momentum_of_the_running_top(page, pointer):
     page.get_by_role("button", name="Push").click()
     try:
         page.evaluate("kreisel.page.setRunning(true)")
@@ -88,7 +88,7 @@ def test_a_push_jerks_the_running_top(page, pointer):
         page.get_by_role("button", name="Push").click()
 
 
-def test_it_goes_on_after_a_drag(page):
+def test_the_motion_continues_after_a_drag(page):
     page.evaluate("kreisel.page.setRunning(true)")
     drag(page, "tip", (20, -20))
     assert page.evaluate("kreisel.page.isRunning")
@@ -97,7 +97,7 @@ def test_it_goes_on_after_a_drag(page):
     assert not page.evaluate("kreisel.page.isRunning")
 
 
-def test_a_long_arrow_comes_back_into_the_picture(page):
+def test_long_arrows_are_brought_back_into_the_picture(page):
     load(page, momentum=[0, 0, 1])
     drag(page, "corner", (200, -200), number=7)
     page.evaluate("kreisel.page.setValue('gravity', 0)")
@@ -114,7 +114,7 @@ def test_a_long_arrow_comes_back_into_the_picture(page):
 # Bar and keys
 
 
-def test_the_bar_is_in_the_picture(browser):
+def test_the_toolbar_is_in_the_window(browser):
     page = visit(browser, reduced_motion="reduce")
     page.locator("#fold").click()
     for size in (PHONE, (480, 320), (320, 568), WIDE):
@@ -141,7 +141,7 @@ MEETINGS = """(() => {
 })()"""
 
 
-def test_no_label_of_a_phone_meets_a_message(browser):
+def test_labels_do_not_cover_messages_on_a_phone(browser):
     page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
     for name in ("Steady precession", "Pendulum", "Elastic rod", "Lagrange's top", "Compare four"):
         load(page, name)
@@ -155,7 +155,7 @@ def test_no_label_of_a_phone_meets_a_message(browser):
     page.context.close()
 
 
-def test_pace(page):
+def test_the_pace_can_be_chosen(page):
     page.get_by_label("Pace").select_option("0.25")
     assert read_scene(page)["speed"] == 0.25
     slider = page.get_by_role("slider", name="Speed")
@@ -163,7 +163,7 @@ def test_pace(page):
     assert page.get_by_label("Pace").input_value() == slider.get_attribute("max")
 
 
-def test_arrows_and_letters_move_the_eye_and_home_brings_it_back(page):
+def test_keys_move_the_camera_and_home_resets_it(page):
     page.keyboard.press("Home")
     home, before = page.evaluate(EYE), read_scene(page)
     page.locator("canvas").first.focus()
@@ -180,7 +180,7 @@ def test_arrows_and_letters_move_the_eye_and_home_brings_it_back(page):
     )
 
 
-def test_the_eye_stays_above_the_floor(page):
+def test_the_camera_stays_above_the_floor(page):
     for _ in range(60):
         page.keyboard.press("ArrowDown")
     page.keyboard.press("-")
@@ -211,12 +211,12 @@ def test_targets_are_24_pixels(page):
     assert small == []
 
 
-def test_sliders_say_their_value_and_not_its_logarithm(page):
+def test_sliders_announce_their_value_not_its_logarithm(page):
     slider = page.get_by_role("slider", name="Step")
     assert slider.first.get_attribute("aria-valuetext") == "0.01"
 
 
-def test_the_wheel_scrolls_a_notebook_until_one_clicks_in(browser):
+def test_the_wheel_scrolls_a_notebook_until_a_click_in_the_viewer(browser):
     page = browser.new_context(offline=True, viewport={"width": 900, "height": 700}).new_page()
     inside = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
     page.set_content(f"{inside}<div style='height:3000px'></div>")
@@ -242,7 +242,7 @@ def test_the_wheel_scrolls_a_notebook_until_one_clicks_in(browser):
 
 @pytest.mark.parametrize("shape", ["lagrange", "kowalewski"])
 @pytest.mark.parametrize("t", [0, 3])
-def test_tilt_and_spin_are_those_of_python(page, shape, t):
+def test_tilt_and_spin_agree_with_python(page, shape, t):
     page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
     advance(page, t)
     for name, place, value in (("Tilt, degrees", "nutation", 30), ("Spin, number", "spin", 7.5)):
@@ -267,7 +267,7 @@ def test_tilt_and_spin_are_those_of_python(page, shape, t):
         ("Mass, number", 10.24, "density", 2),
     ],
 )
-def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
+def test_size_fixed_point_and_mass_have_fields(page, name, value, key, expected):
     load(page, shape="free")
     before = read_scene(page)
     field = page.get_by_label(name, exact=True)
@@ -280,7 +280,7 @@ def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
     assert float(field.input_value()) == pytest.approx(value)
 
 
-def test_a_path_that_is_lost_is_told(page):
+def test_a_path_that_no_longer_applies_is_reported(page):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
     page.evaluate("kreisel.page.setValue('gravity', 2)")
@@ -292,7 +292,7 @@ def test_a_path_that_is_lost_is_told(page):
 # Charts
 
 
-def test_three_methods_stand_beside_each_other(page):
+def test_three_methods_are_shown_side_by_side(page):
     load(page, methods=["bobenko_suris", "strang", "rk4"], step=[0.01, 0.1])
     advance(page, 5)
     given = scene_in_python(read_scene(page))
@@ -305,7 +305,7 @@ def test_three_methods_stand_beside_each_other(page):
         assert state == expected.tolist()
 
 
-def test_a_chart_tells_its_values_under_the_cursor(page):
+def test_charts_show_the_values_under_the_cursor(page):
     load(page, "Compare four", chart="energy")
     advance(page, 30)
     page.evaluate("kreisel.charts.update()")
@@ -332,7 +332,7 @@ def test_charts_are_larger_on_demand(page):
     wait_for(page, f"{width} === {before}")
 
 
-def test_larger_charts_leave_three_tops_in_sight(page):
+def test_larger_charts_leave_three_tops_visible(page):
     load(page, methods=["bobenko_suris", "strang", "rk4"])
     page.keyboard.press("Home")
     width = "kreisel.view.canvas.clientWidth"
@@ -350,7 +350,7 @@ def test_larger_charts_leave_three_tops_in_sight(page):
     assert seen[0] == seen[2] > 1.5 * seen[1]
 
 
-def test_tops_beside_each_other_have_their_names(page):
+def test_tops_side_by_side_are_labelled(page):
     load(page, methods=["strang", "rk4"])
     letters = page.locator(".labels span")
     assert letters.all_inner_texts()[-1] == "rk4"
@@ -361,7 +361,7 @@ def test_tops_beside_each_other_have_their_names(page):
     assert "exact" not in letters.all_inner_texts()
 
 
-def test_a_projector_gets_large_letters(page):
+def test_projector_mode_has_large_text(page):
     size = "parseFloat(getComputedStyle(document.getElementById('about')).fontSize)"
     before = page.evaluate(size)
     page.keyboard.press("b")
@@ -371,6 +371,6 @@ def test_a_projector_gets_large_letters(page):
     assert page.evaluate(size) == before
 
 
-def test_compare_four_opens_in_log(page):
+def test_compare_four_opens_logarithmic_charts(page):
     page.keyboard.press("c")
     assert read_scene(page)["log"] and page.evaluate("kreisel.charts.isLog('error')")

@@ -1,9 +1,10 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
-For given tops, a setting and a number of threads, each program prepares a call. The call can be
-repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the
-constants of the body are integrated, not in compact mode. The SIMD lanes of an integrator hold a
-batch of eight tops. There is one integrator per thread, or heyoka's own ensemble function is used.
+Each program prepares a call for given tops, a setting and a number of threads. The call can be
+repeated and returns the final attitudes, an array (n, 4). With heyoka, seven equations that contain
+the body's constants are integrated, not in compact mode. The SIMD lanes of an integrator hold a
+batch of eight tops. Either each thread has its own integrator, or heyoka's ensemble function is
+used.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Return the starts as columns, with the last top repeated until the batches are full."""
+    """Return the initial states as columns, with the last top repeated to fill the last batch."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
@@ -51,7 +52,7 @@ def check_end_time(results):
 
 
 def make_batch_call(tops, setting, threads):
-    """Return a call in which heyoka integrates batches of eight tops on the next free threads."""
+    """Return a call in which heyoka integrates batches of eight tops on free threads."""
     starts, end = pad_to_batches(tops), tops.end
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
@@ -109,7 +110,7 @@ def make_scipy_call(tops, setting, threads):
 class Mover:
     """A program that integrates many tops, with its settings from loose to tight.
 
-    Slow programs integrate fewer tops, because their time is reported per top.
+    Slow programs integrate only a fraction of the tops, because their time is reported per top.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """The cost per top of ensembles, compared at equal error.
 
-In each round, all programs (`Mover`) run in turn. The time of each program at a given median error
-is interpolated between its settings, linearly in the logarithms.
+In each round, all programs (`Mover`) run in turn. The time at a given median error is interpolated
+between a program's settings, linearly in the logarithms.
 """
 
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     """Run all programs at all settings, and return the runs with their errors and times.
 
     All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
-    the same time. Errors are measured on the tops that have reference solutions.
+    the same time. Errors are measured for the tops that have reference solutions.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -61,7 +61,7 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Return the median, 90 % quantile and maximum of the errors of the tops with references."""
+    """Return the median, 90 % quantile and maximum of the errors of tops with references."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
@@ -81,15 +81,15 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both programs reach, and stay below at tighter settings."""
+    """Return the smallest error that both programs reach, with a safety factor."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
-    """Return the seconds per top at a median error, for each round, or nan if it is not reached.
+    """Return the seconds per top at a median error, for each round, or nan for unreached errors.
 
-    The error of a setting is defined as the largest error of this and all tighter settings. For an
-    error larger than that of the loosest setting, the time of the loosest setting is returned.
+    The error of a setting is the largest error of this setting and all tighter settings. If the
+    loosest setting already meets the error, the time of this setting is returned.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
@@ -101,7 +101,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median time ratio of `other` to `own` over the rounds, and both times [s].
+    """Return the median over the rounds of the time ratio of `other` to `own`, and both times [s].
 
     All results are nan if one of the two programs does not reach the error.
     """
@@ -111,7 +111,7 @@ def time_ratio(other, own, target):
 
 
 def least_ratio(other, own, target):
-    """Return the ratio of the least times of `other` and `own` over the rounds.
+    """Return the ratio of the shortest times of `other` and `own` over the rounds.
 
     The result is nan if one of the two programs does not reach the error.
     """

@@ -35,7 +35,7 @@ def describe_cores():
 
 
 def compiler_version():
-    """Return the compilers that built the extension, according to its object file."""
+    """Return the names and versions of the compilers that built the extension."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )
@@ -52,10 +52,10 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a description of all conditions on which measurements depend.
+    """Return a list of all conditions that influence measurements.
 
-    The description contains the compiled core, the Python code, the references, the machine, the
-    versions, and `more`.
+    The list contains a hash of the code and data, the machine, the commit, the versions, and
+    `more`.
     """
     here = Path(__file__).parents[1]
     files = [
@@ -92,7 +92,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Return whether GSL is included, and its version if pkg-config knows it."""
+    """Return whether GSL is included, and the version of GSL if pkg-config finds one."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]

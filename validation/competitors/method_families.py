@@ -1,6 +1,6 @@
 """Families of methods for the figures, defined by properties of the methods.
 
-A new method is assigned to a family automatically, without a change of this file.
+A new method joins a family automatically, without a change to this file.
 """
 
 import kreisel as kr

@@ -1,4 +1,4 @@
-"""The peak performance of one core of this processor, for comparison with that of a program."""
+"""The peak performance of one core, for comparison with the performance of programs."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 
 @cache
 def measure_peak():
-    """Return the largest rate of fused multiply-adds of one core [1/s], each counted as two.
+    """Return the highest rate of fused multiply-adds on one core [1/s], counting two per operation.
 
     Returns None without a C compiler.
     """
@@ -32,10 +32,10 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the floating-point operations in the products of the series of a path.
+    """Return the number of floating-point operations in the series products of a path.
 
-    A term of order n has n products of coefficients for each product of two series. Each product
-    takes a fused multiply-add, which counts as two operations. All other operations are left out.
+    For each product of two series, a term of order n takes n products of coefficients. Each product
+    takes a fused multiply-add, which counts as two operations. All other operations are ignored.
     """
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

@@ -1,10 +1,11 @@
-"""Runs of one top at one setting, by all methods of kreisel and by two other integrators.
+"""Runs of one top at one setting, by all methods of kreisel and two other integrators.
 
-A contender is a method or another integrator, and creates runs. The method `solve()` of a run is
-timed, and returns the attitude at the end. `attitude()` converts this attitude to the principal
-axes. `record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations`
-is the number of evaluations of the right-hand side or of the torque. Either is None if the method
-has no such number. `setup` is the duration of the preparation [s], or None if there is none.
+A contender is a method or another integrator, and creates runs. A run has the following interface.
+The timed method `solve()` returns the final attitude. `attitude()` converts the final attitude to
+the principal axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the
+number of steps. `evaluations` counts evaluations of the right-hand side or of the torque. Either
+number is None if the method has no such number. `setup` is the preparation time [s], or None
+without preparation.
 """
 
 import math
@@ -28,7 +29,7 @@ DOP853_STAGES = 12
 
 @dataclass(frozen=True)
 class Setting:
-    """The control parameter of a run: a step, a tolerance, or neither for a closed form."""
+    """The control parameter of a run: a step size, a tolerance, or neither for a closed form."""
 
     step: float = None
     tol: float = None
@@ -65,7 +66,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """A run of heyoka's fastest form: seven equations with constants, not in compact mode."""
+    """A run of heyoka in its fastest form: seven equations with constants, not in compact mode."""
 
     evaluations = None
 
@@ -152,7 +153,7 @@ class ScipyRun:
 def compile_general_heyoka(tol, coefficients):
     """Compile one integrator for all tops.
 
-    This integrator is as accurate as an integrator for a single top, but slower.
+    The integrator is as accurate as one for a single top, but slower.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(
@@ -161,7 +162,7 @@ def compile_general_heyoka(tol, coefficients):
 
 
 def series_order(tol):
-    """Return the order of heyoka's series, which is also the number of evaluations per step."""
+    """Return the order of heyoka's Taylor series, which is the number of evaluations per step."""
     return math.ceil(1 - math.log(tol) / 2)
 
 
@@ -209,7 +210,7 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return the setting with `step` or with `tol`, depending on which of both the method needs."""
+    """Return the setting with `step` or with `tol`, whichever the method needs."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

@@ -1,6 +1,6 @@
 """Timing on a noisy machine: in each round, every call runs once.
 
-Other load on the machine then slows all calls alike.
+Other load on the machine then slows all calls equally.
 """
 
 import gc
@@ -28,7 +28,7 @@ def time_once(call):
 
 
 def time_sample(call, seconds):
-    """Return the run time of a call that takes about `seconds` [s]."""
+    """Return the run time [s] of a call that takes about `seconds`."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with pause_gc():
         begin = perf_counter()
@@ -56,7 +56,7 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
 def best_times(calls, rounds, trials=1):
     """Return the shortest time of each call.
 
-    Other load on the machine can only add time.
+    The shortest time is the best estimate, because other load can only add time.
     """
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
     samples, interrupted = time_in_turn(calls, about, rounds)

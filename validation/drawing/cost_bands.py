@@ -1,4 +1,4 @@
-"""Figures of the run time over the error: the median of many starts, with a band of quantiles."""
+"""Figures of run time against error: the median over many starts, with a band of quantiles."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def draw_cost_bands(panels, own, label):
     """Draw a panel for each group of starts, with a line and a band for each program.
 
     `panels` is {title: {program: (errors, median, lower and upper quantiles)}}. A line ends where
-    the upper quantile is infinite. `own` is the program in colour.
+    the upper quantile is infinite. `own` is the program that is drawn in colour.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
@@ -57,7 +57,7 @@ def draw_bands(axes, bands, own):
 
 
 def find_ends(bands, own):
-    """Return (program, end of its line, style) of each program that has a line."""
+    """Return (program, end of the line, style) for each program that has a line."""
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():

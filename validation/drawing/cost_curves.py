@@ -1,4 +1,4 @@
-"""Errors against costs: a panel for each family of methods, or one panel for all."""
+"""Errors against costs, in one panel per family of methods or in one panel for all methods."""
 
 from .style import (
     FAINT,
@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def collect_lines(groups, quantity, cost):
-    """Return each method's costs and errors, from loose to tight settings, and axis limits.
+    """Return each method's costs and errors, from loose to tight settings, and the axis limits.
 
-    Both results are empty if there are no measurements.
+    Both are empty if there are no measurements.
     """
 
     def cost_and_error(row):
@@ -64,7 +64,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family coloured and named, `peers` in the text colour, and other methods in grey."""
+    """Draw one family in colours with labels, `peers` in the text colour, other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -90,7 +90,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the methods each of which is the fastest at some error."""
+    """Return the set of methods that are the fastest at some error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -115,9 +115,9 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw all methods in one panel: `named` coloured, `peers` in the text colour, others grey.
+    """Draw all methods in one panel: `named` in colours, `peers` in the text colour, others grey.
 
-    Panels with the same list `named` give each method the same colour and marker.
+    Panels with the same list `named` use the same colour and marker for each method.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:

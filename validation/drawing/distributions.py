@@ -1,4 +1,4 @@
-"""Figures of the cumulative distribution of errors over many tops, with a line for each method."""
+"""Figures of cumulative error distributions for many tops, with a line for each method."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Figures of a quantity over a plane, as an image with one pixel per value."""
+"""Figures of a quantity in a plane, as an image with one pixel per value."""
 
 from .style import INK, STYLE, figure_to_svg, plt
 

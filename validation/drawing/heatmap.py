@@ -14,7 +14,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """The content of one square: the power of ten of the error, and a mark, or only a mark."""
+    """The content of one square: an optional power of ten of the error, and a mark."""
 
     row: str
     column: str
@@ -32,7 +32,7 @@ class Square:
 
     @property
     def text(self):
-        """The negative power of ten of the error, as in 9 for 1e-9 rad, and the mark."""
+        """The magnitude of the error's power of ten, such as 9 for 1e-9 rad, and the mark."""
         return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property

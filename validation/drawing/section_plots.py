@@ -1,6 +1,6 @@
 """Figures of sections, with a dot for each crossing, and of curves with measured points.
 
-The dots are embedded as an image, because there are many.
+The dots are embedded as an image, because there are many of them.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ TURN = (
 
 
 def make_panels(rows, columns, height, **more):
-    """Return a figure as wide as the page, and its axes."""
+    """Return a figure of page width, and its axes."""
     figure, axes = plt.subplots(
         rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
     )
@@ -45,7 +45,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a section, and beside it the rotation between crossings on the same vertical axis."""
+    """Draw a section and, with the same vertical axis, the rotation between crossings."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -88,7 +88,7 @@ def draw_regions(borders, points, greatest, highest, close):
 def draw_kicks(angles, changes, amplitude):
     """Draw the change of axial momentum per swing, measured and predicted.
 
-    `changes` is a dictionary of the changes by name, each per unit of the perturbation.
+    `changes` is {name: changes}, each divided by the perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):

@@ -8,10 +8,10 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
-    """Return the coordinates across, up and towards the eye of points (..., 3).
+    """Return the coordinates of points (..., 3) to the right, upward and towards the eye.
 
-    The eye lies at an elevation above the horizontal plane and at an azimuth about the vertical
-    [degrees].
+    The viewing direction is given by an elevation above the horizontal plane and an azimuth about
+    the vertical [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -37,7 +37,7 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the start."""
+    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the initial position."""
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)

@@ -1,4 +1,4 @@
-"""The style of all figures: SVG drawn in the text colour of the page, light or dark."""
+"""The style of all figures: SVG in the text colour of the page, light or dark."""
 
 import io
 
@@ -99,9 +99,9 @@ def spread_labels(heights, gap):
 
 
 def label_ends(axes, ends):
-    """Write names to the right of the axes, each joined to the end of its line.
+    """Write labels to the right of the axes, each connected to the end of its line.
 
-    `ends` lists (name, end of the line, style). The label repeats the marker of the style, if any.
+    `ends` lists (name, end of the line, style). A label repeats the marker of the style, if any.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
@@ -138,7 +138,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colour and the marker of each line of a panel.
 
-    Lines of `peers`, the other integrators, are dashed, in the text colour and with hollow markers.
+    Lines of `peers`, the other integrators, are dashed, with hollow markers and in the text colour.
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]

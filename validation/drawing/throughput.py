@@ -1,4 +1,4 @@
-"""Figures of tops per second against error, with a line from loose to tight for each program."""
+"""Figures of tops per second against error, with one line per program from loose to tight."""
 
 from statistics import median
 
@@ -16,7 +16,7 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def draw_throughput(groups, own):
-    """Draw the runs of each program: kreisel in colours, and other integrators in the text colour.
+    """Draw the runs of each program: kreisel in colours, other integrators in the text colour.
 
     `groups` is {name: runs}. Each run has a median error and a time per top [s].
     """

@@ -1,4 +1,4 @@
-"""Figures of the error over time, with a colour for each kind of method."""
+"""Figures of the error against time, with a colour for each kind of method."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def choose_colours(kinds):
 
 
 def draw_time_series(lines, quantity, label, colours):
-    """Draw a quantity of each line over time.
+    """Draw a quantity of each line against time.
 
     A line is a mapping with `method`, `kind`, and lists of `t` and of the quantity.
     """

@@ -1,4 +1,4 @@
-"""Stacked bars: how many cells of the atlas each method has of each verdict."""
+"""Stacked bars that show how often each method gets each verdict in the atlas."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ ROW, WIDTH, NAMES, TOP, BELOW = 0.175, 8.6, 1.45, 0.35, 0.45  # [inch]
 
 
 def draw_verdict_bars(counts, verdicts):
-    """Draw a bar for each method, with the numbers of cells in the order of `verdicts`.
+    """Draw a bar for each method, with the counts in the order of `verdicts`.
 
-    `counts` is {method: numbers}, from top to bottom.
+    `counts` is {method: counts}, from top to bottom.
     """
     height = TOP + ROW * len(counts) + BELOW
     with plt.rc_context(STYLE):

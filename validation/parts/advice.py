@@ -1,4 +1,4 @@
-"""The advice at the head of the report: which method to take for which scene."""
+"""The advice at the top of the report: the recommended method for each kind of scene."""
 
 from collections import Counter
 
@@ -29,13 +29,13 @@ def describe_kinds(problems):
 
 
 def find_winner(rows, scene):
-    """Return the method of kreisel that is fastest for most errors on a scene, or None."""
+    """Return kreisel's fastest method for most errors on a scene, or None."""
     wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
     return Counter(wins).most_common(1)[0][0] if wins else None
 
 
 def group_scenes(comparison):
-    """Return {method: problems on which it is the fastest for most errors}."""
+    """Return {method: problems for which the method is the fastest at most errors}."""
     groups = {}
     for problem, _ in comparison.problems:
         winner = find_winner(comparison.rows, problem.name)
@@ -79,7 +79,7 @@ def describe_group(rows, method, problems):
 
 
 def list_fixed_steps(comparison):
-    """Yield each target and the fixed-step method that is the fastest on most scenes."""
+    """Yield each target error and the fixed-step method that is the fastest on most scenes."""
 
     def has_step(row):
         return not row.peer and row.step is not None
@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of the times of one late state, by method, or None if none was measured."""
+    """Return the range of times for one late state by method, or None without measurements."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

@@ -1,4 +1,4 @@
-"""The stability atlas: every method on stiff and extreme tops."""
+"""The stability atlas: every method on stiff tops and under extreme conditions."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -98,7 +98,7 @@ def family_contexts(found):
 def describe_cell(cell):
     """Return (verdict, message) if the cell needs a note, otherwise None.
 
-    A cell needs a note if its run stopped, was refused, or is wrong without a sign, or if an
+    A cell needs a note if the run stopped, was rejected, or is wrong without a sign, or if an
     adaptive run is lost.
     """
     verdict = cell["verdict"]
@@ -113,7 +113,10 @@ def describe_cell(cell):
 
 
 def collect_notes(found):
-    """Yield the rows of the notes. Cases with the same notes for the same methods share a row."""
+    """Yield the rows of the table of notes.
+
+    Cases with the same notes for the same methods share a row.
+    """
     said = {}
     for cell in found:
         if describe_cell(cell):

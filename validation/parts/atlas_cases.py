@@ -1,7 +1,7 @@
 """The cases of the stability atlas: stiff and extreme tops, and extreme steps.
 
-The length of a run is counted in turns. The time of a turn is 2 pi divided by the larger of the
-initial angular velocity and the pendulum frequency. A case may define another rate.
+The length of a run is given in turns. One turn takes 2 pi divided by the larger of the initial
+angular velocity and the pendulum frequency. A case may define another rate.
 """
 
 from collections.abc import Callable
@@ -35,7 +35,7 @@ class Case:
 
 
 def tilt_attitude(angle):
-    """Return the attitude tilted from upright by an angle about e1."""
+    """Return the upright attitude tilted by an angle about e1."""
     return cos(angle / 2), sin(angle / 2), 0.0, 0.0
 
 
@@ -220,10 +220,10 @@ def step_cases():
 
 
 def antipodal_cases():
-    """Yield cases in which one step turns the axis to nearly the opposite direction.
+    """Yield cases in which one step rotates the axis to nearly the opposite direction.
 
-    Bobenko-Suris turns the axis by 2 atan(h |w| / 2) per step, which is always less than half a
-    turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods turn
+    Bobenko-Suris rotates the axis by 2 atan(h |w| / 2) per step, which is always less than half a
+    turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods rotate
     the axis by h |w|.
     """
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
@@ -313,7 +313,10 @@ def si_cases():
 
 
 def stiff_cases():
-    """Yield cases with a spin of 1e4 times the precession. Steps resolve only the precession."""
+    """Yield cases in which the spin is 1e4 times the precession rate.
+
+    The step size resolves only the precession.
+    """
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
@@ -329,7 +332,10 @@ def stiff_cases():
 
 
 def damping_cases():
-    """Yield damped tops. The motion of these tops becomes slow while the damping is stiff."""
+    """Yield damped tops.
+
+    The motion of these tops becomes slow, and the damping term is then stiff.
+    """
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
             "damping",

@@ -1,7 +1,7 @@
 """The cells of the stability atlas: every method and every other integrator on every case.
 
-A cell is the result of one method on one case. Each cell is run twice, with the requested setting
-and with a finer one. Its verdict follows from both runs and from the reference solution.
+A cell is the result of one method on one case. Each cell runs twice, with the requested setting and
+with a finer setting. The verdict follows from both runs and from the reference solution.
 """
 
 from collections.abc import Callable
@@ -28,8 +28,8 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 class Candidate:
     """A method of kreisel, or another integrator, that can run a cell.
 
-    `run` takes problem, scene, times and a setting. The call returns attitudes in the principal
-    axes, momenta in space, and the numbers of steps and evaluations.
+    `run` takes problem, scene, times and a setting. The call returns attitudes of the principal
+    axes, momenta in the space frame, and the numbers of steps and evaluations.
     """
 
     name: str
@@ -55,7 +55,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return the methods and other integrators that suit the scene and can run to `radians`."""
+    """Return the methods and other integrators that support the scene and a run of `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -63,7 +63,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return two settings: the requested one, and a finer one."""
+    """Return two settings: the requested setting and a finer setting."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]

@@ -1,7 +1,6 @@
 """The time budget of a report, and its tasks.
 
-There are three budgets: "quick" for some seconds, "default" for some minutes, and "full" without a
-limit.
+There are three budgets: "quick" (some seconds), "default" (some minutes) and "full" (no limit).
 """
 
 from collections.abc import Callable
@@ -32,7 +31,7 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A task that computes one finding. The finding is not stored if `key` is None."""
+    """A task, which computes one finding. The finding is not stored if `key` is None."""
 
     key: str | None  # key under which the finding is stored
     make: Callable
@@ -53,7 +52,7 @@ class Clock:
         return late
 
     def describe_missing(self):
-        """Return a sentence about the skipped findings, or an empty string if there are none."""
+        """Return a sentence about skipped findings, or an empty string if none were skipped."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
         return f"{number} skipped for lack of time; run again to add them" if self.missed else ""
 

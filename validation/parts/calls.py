@@ -1,14 +1,14 @@
 """Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
 
-kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a reused kr.Run.
-heyoka's integrator is compiled once and reused, which is its fastest form. heyoka's compiled
-function of the right-hand side is integrated by SciPy's DOP853. Times are processor times, which
-other programs hardly affect.
+The package kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a
+reused kr.Run. The integrator of heyoka is compiled once and reused, which is the fastest way to
+call heyoka. SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor
+times, which other programs hardly affect.
 
-The error of a setting is the largest error of this and all tighter settings. The two settings on
-either side of an error are timed alternately. Times at the error are interpolated linearly in the
-logarithms. The tolerance of heyoka affects its runs only through the order of the series, so that
-one setting for each order is enough.
+The error of a setting is the largest error of this setting and all tighter settings. The two
+settings on either side of an error are timed alternately. Times at the error are interpolated
+linearly in the logarithms. The tolerance of heyoka affects its runs only through the order of the
+series, so one setting per order is enough.
 """
 
 import time
@@ -56,7 +56,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a call that sets a run to the start of the scene and advances it by `end`."""
+    """Return a call that resets a run to the scene's start and advances the run by `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 
@@ -84,7 +84,7 @@ def make_heyoka_call(run):
 
 
 class FunctionRun:
-    """A run of DOP853 with heyoka's compiled function of the right-hand side."""
+    """A run of DOP853 whose right-hand side is compiled by heyoka (cfunc)."""
 
     def __init__(self, problem, end, tol):
         system, self.start = equations.build_system(problem)
@@ -97,7 +97,7 @@ class FunctionRun:
 
 
 def processor_time(call, number=1):
-    """Return the processor time of a call, the mean of `number` calls [s]."""
+    """Return the mean processor time of `number` calls [s]."""
     begin = time.thread_time()
     for _ in range(number):
         call()
@@ -118,7 +118,7 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return (run, largest error of this and all tighter runs) for runs from loose to tight."""
+    """Return pairs (run, largest error of this and all tighter runs), from loose to tight."""
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
@@ -126,7 +126,7 @@ def make_ladder(runs, truth):
 def select_bracket(ladder, target):
     """Return the two settings on either side of an error, or one if all are on the same side.
 
-    Each one is the loosest setting with its error.
+    Each setting is the loosest setting with its error.
     """
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
     above = ladder[i - 1][1] if i else None
@@ -148,7 +148,7 @@ def list_heyoka_runs(problem, end, orders):
 
 
 def time_function(problem, end, truth):
-    """Return a function of an error that returns the time of DOP853 [s], or None."""
+    """Return a function that maps an error to the time of DOP853 [s] or None."""
     ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
     samples = [[processor_time(run.solve)] for run, _ in ladder]
 
@@ -160,7 +160,7 @@ def time_function(problem, end, truth):
 
 
 def measure_scene(name, rounds, targets=TARGETS, quick=False):
-    """Return the times of all programs on one scene at each error."""
+    """Return the times of all programs for one scene at each error."""
     end, problem = ENDS[name], load_problem(name)
     (state,) = reference.integrate_states(problem, [end], fp=reference.FINER)
     truth = np.array(state[:4], np.longdouble)
@@ -187,7 +187,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
 
 
 def measure_band(own, peers, target, rounds):
-    """Return the times of kreisel's two calls and of heyoka at one error."""
+    """Return the times of kreisel's two calls and of heyoka's call at one error."""
     ours, theirs = select_bracket(own, target), select_bracket(peers, target)
     calls = {
         HEYOKA: [make_heyoka_call(run) for run, _ in theirs],
@@ -210,25 +210,25 @@ def measure_band(own, peers, target, rounds):
 
 
 def count_operations(run):
-    """Return the number of operations in the products of the series, for a run of kreisel."""
+    """Return the number of operations in the series products of a run of kreisel."""
     return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
 def compare(band, name):
-    """Return the ratios of heyoka's time to kreisel's, for the medians and the least times."""
+    """Return the ratios of heyoka's time to kreisel's time, for medians and for shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
 
 def compute_share(scene, band):
-    """Return the rate of a kr.Run as a fraction of the peak of a core, or None without a peak."""
+    """Return the operation rate of a kr.Run as a fraction of the core's peak rate, or None."""
     if scene["peak"] is None:
         return None
     return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which heyoka has made up for its compile time."""
+    """Return the number of runs after which heyoka has recovered its compile time."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 
@@ -271,7 +271,7 @@ def format_band(scene, band):
 
 
 def describe_payment(found):
-    """Return sentences about heyoka's compile time and the number of runs that make up for it."""
+    """Return sentences on heyoka's compile time and on how many runs recover it."""
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
@@ -308,7 +308,7 @@ def build_context(found):
 
 
 def list_rows(found):
-    """Yield the rows of the file."""
+    """Yield the rows of the CSV file."""
     for scene, band in list_bands(found):
         known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():

@@ -1,7 +1,8 @@
 """Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-One figure shows sections of tops from integrable to chaotic, another the ten regions of
-Kowalewski's top. The chaotic layer along a separatrix is compared with Melnikov's theory.
+One figure shows sections of tops from integrable to chaotic, and another figure shows the ten
+regions of the Kowalewski top. The chaotic layer along a separatrix is compared with Melnikov's
+theory.
 """
 
 import math
@@ -40,7 +41,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return `size` together with the largest relative energy drift and the number of states."""
+    """Return `size` with the largest relative energy drift and the number of states."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -50,7 +51,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield, by region, the range of K, the drift of K along orbits and the critical values."""
+    """Yield, for each region, the range of K, the drift of K along orbits and the critical K."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
@@ -87,7 +88,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Return the table and the image of Lyapunov exponents."""
+    """Return the table and the map of Lyapunov exponents."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]

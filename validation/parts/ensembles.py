@@ -1,4 +1,4 @@
-"""Ensembles: the time per top at equal error, and an image of released symmetric tops.
+"""Ensembles: the time per top at equal error, and an image of symmetric tops released at a tilt.
 
 The other integrators are heyoka in batches, GSL and SciPy.
 """
@@ -38,9 +38,9 @@ ABOUT = {
 
 
 def compute_sleeping_map(side):
-    """Return the greatest nutation of released symmetric tops, (spin, tilt) [rad].
+    """Return the greatest nutation [rad] of released symmetric tops, by spin and tilt.
 
-    A symmetric top with a spin above 4 [T^-1] is a sleeping top when upright.
+    An upright symmetric top with a spin above 4 [T^-1] is a sleeping top.
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
@@ -76,7 +76,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield, for each target, kreisel's time per top [us] and the others' times relative to it."""
+    """Yield, for each target error, kreisel's time per top [us] and others' relative times."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
@@ -127,9 +127,9 @@ def conclude(findings):
 
 
 def compare_movers(groups, own, target):
-    """Return kreisel's time per top [s] and heyoka's ratio to it, at a median error.
+    """Return the error, kreisel's time per top [s], and heyoka's time relative to kreisel's.
 
-    The error is raised to the smallest that both programs reach.
+    The error is at least the smallest error that both programs reach.
     """
     peer = groups[ensemble_runs.HEYOKA]
     target = max(target, equal_error.tightest_common_error(groups[own], peer))
@@ -138,7 +138,7 @@ def compare_movers(groups, own, target):
 
 
 def describe_kind(each):
-    """Return sentences on the throughput of kreisel and its ratio to heyoka's, at equal error."""
+    """Return sentences on kreisel's throughput and on its ratio to heyoka's throughput."""
     groups, kind = each["groups"], each["kind"]
     target, seconds, ratio = compare_movers(groups, ensemble_runs.SERIES.name, TARGETS[1])
     said = (
@@ -159,7 +159,7 @@ def describe_kind(each):
 
 
 def build_lead(findings):
-    """Return the advice for many tops: kreisel's fastest method by kind, with heyoka's ratio."""
+    """Return the advice for many tops: kreisel's fastest method by kind, and heyoka's ratio."""
     lines = []
     for each in findings["kinds"]:
         own = next(name for name in ensemble_runs.OWN if name in each["groups"])

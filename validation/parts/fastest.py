@@ -17,7 +17,7 @@ TIE = 4 / 3
 
 
 def fastest_reaching(rows, target):
-    """Return the fastest row of one method that reaches the target, or None.
+    """Return the fastest row of one method that reaches the target error, or None.
 
     `rows` is ordered from loose to tight.
     """
@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target and for which `wanted(row)` is true."""
+    """Return the fastest row that reaches the target error and satisfies `wanted(row)`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -45,7 +45,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Yield the scene, the target, and the fastest rows of kreisel and of another integrator."""
+    """Yield the scene, the target, and the fastest rows of kreisel and of other integrators."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)
@@ -53,9 +53,9 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Yield, for each method, its run times for the targets and its smallest error.
+    """Yield, for each method, the run times for the target errors and the smallest error.
 
-    The fastest time of each target is marked.
+    The shortest time for each target is marked.
     """
     groups = group_by_method(rows, scene)
     seconds = {
@@ -82,7 +82,7 @@ def list_references(methods):
 
 
 def summarize_races(rows, scenes):
-    """Yield kreisel's fastest method and the times of other integrators, by scene and target."""
+    """Yield kreisel's fastest method and other integrators' times, by scene and target error."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):
@@ -118,7 +118,7 @@ def make_terminal_table(rows, scene, end):
 
 
 def write_markdown(rows, scenes):
-    """Return the table of README.md."""
+    """Return the table of README.md in Markdown."""
     titles = list_references({row.method for row in rows}).values()
     head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
     lines = [head, ["---"] + ["---:"] * (len(head) - 1)]

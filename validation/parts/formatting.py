@@ -13,7 +13,7 @@ def number_word(n):
 
 
 def count_word(n):
-    """Return a number as a word, such as none, one or two."""
+    """Return a number in words, such as none, one or two."""
     return number_word(n) if n else "none"
 
 

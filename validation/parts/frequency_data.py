@@ -9,11 +9,11 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return, for each motion, the axial momentum, the rotation per nutation, and its change.
+    """Return the axial momentum, the rotation per nutation, and its change, for each motion.
 
-    The axial momentum is taken at the section point closest to spin angle 0. The rotation is that
-    of the apex between two lowest points, in turns, without whole turns. The change is the
-    difference between both halves of the run.
+    The axial momentum is taken at the section point closest to spin angle 0. The rotation is the
+    angle [turns] by which the apex turns between two lowest points, without whole turns. The change
+    is the difference between the two halves of the run.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -38,7 +38,10 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Return the rotation of the apex per nutation in turns. Whole turns are arbitrary."""
+    """Return the angle, in turns, by which the apex precesses per nutation period.
+
+    Whole turns are arbitrary.
+    """
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 

@@ -1,4 +1,4 @@
-"""Times to compute one late state, by closed forms on a torus and by integrators."""
+"""Times to compute one late state, with closed forms on a torus and with integrators."""
 
 import kreisel as kr
 import numpy as np
@@ -18,7 +18,7 @@ INTEGRATORS = "taylor", "heyoka"
 
 
 def make_closed_form(problem):
-    """Return the closed form of a top whose motion is on a torus, or None for all other tops."""
+    """Return the closed form of a top whose motion lies on a torus, or None for other tops."""
     try:
         form = kr.exact(problem.to_scene())
     except ValueError:
@@ -37,7 +37,7 @@ def list_tasks(problem, budget):
 
 
 def measure_late_state(problem, quick):
-    """Measure the times of a state by all methods, in interleaved runs [s]."""
+    """Return the times of all methods for one late state, measured in interleaved runs [s]."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
     exact, taylor = (
@@ -61,7 +61,7 @@ def measure_late_state(problem, quick):
 
 
 def describe_late_state(found):
-    """Return a sentence about the times of a late state, or an empty string if there are none."""
+    """Return a sentence on the times for a late state, or an empty string without measurements."""
     if not found:
         return ""
     times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}

@@ -1,6 +1,6 @@
-"""Lyapunov exponents for the part on chaos: an image over energy and vertical momentum.
+"""Lyapunov exponents for the part on chaos, as an image over energy and vertical momentum.
 
-A table lists the exponents with their standard errors.
+A table lists the exponents and their standard errors.
 """
 
 import kreisel as kr
@@ -24,7 +24,7 @@ def draw_starts(body, energy, vertical, seed):
 
 
 def map_exponents(side):
-    """Return the largest Lyapunov exponent over vertical momentum and energy, (side, side).
+    """Return the largest Lyapunov exponent on a grid (side, side) of energy and vertical momentum.
 
     The exponent is NaN where no motion exists.
     """
@@ -44,9 +44,10 @@ def map_exponents(side):
 
 
 def summarize_exponents(name, n):
-    """Return the number of chaotic starts among `n`, their mean exponent and the certificate.
+    """Return the number of chaotic starts among `n`, their mean exponent, and the tangents' drift.
 
-    The certificate is the largest drift of the integrals of the tangents.
+    The drift is the largest change of the tangents' integrals and shows the accuracy of the
+    tangents.
     """
     tops = kr.starts(
         section_data.make_body(name),

@@ -1,8 +1,9 @@
-"""Run time over error for many random starts of each scene, for kreisel and other integrators.
+"""Run time against error for many random starts of each scene, by kreisel and other integrators.
 
-Each start is the scene's start with a rotation and a scaled momentum, which keep the character of
-the motion. Each program runs at many tolerances. The time for an error is the time of its fastest
-run with at most this error. kreisel chooses its method automatically.
+Each start is the initial state of the scene, rotated and with a scaled momentum. These changes keep
+the character of the motion. Each program runs at many tolerances. The time for an error is the time
+of the program's fastest run with at most this error. In kreisel, the method is chosen
+automatically.
 """
 
 from dataclasses import replace
@@ -49,13 +50,16 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 
 def list_programs():
-    """Return {name: title} of the programs; the first is kreisel."""
+    """Return {name: title} of the programs, kreisel first."""
     known = {*kr.methods, *(peer.name for peer in PEERS)}
     return {OWN: OWN} | fastest.list_references(known)
 
 
 def rotate_start(problem, random):
-    """Return the problem with a random start. A horizontal momentum stays horizontal."""
+    """Return the problem with a randomly changed initial state.
+
+    A horizontal momentum remains horizontal.
+    """
     axis = random.normal(size=3)
     half = random.uniform(0.0, ROTATION) / 2
     turn = np.array([np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis))])
@@ -74,7 +78,7 @@ def draw_starts(problem, number):
 
 
 def make_runs(starts, end, tol):
-    """Yield the programs, each with its runs of all starts and the compile time [s]."""
+    """Yield each program with its runs for all starts and its compile time [s]."""
     setting = Setting(tol=tol)
     compiled = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
@@ -89,14 +93,14 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run with the compiled integrator of another run and its own start."""
+    """Return a run that begins at `start` and reuses the integrator of `compiled`."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run
 
 
 def measure_run(run, truth):
-    """Return the time and the error of a run, or None if it fails."""
+    """Return the time and the error of a run, or None if the run fails."""
     try:
         with timing.pause_gc():
             begin = timing.perf_counter()
@@ -146,7 +150,7 @@ def load_findings(problems, store):
 
 
 def times_to_error(found, program, target):
-    """Return the time of a program for each start of each scene, infinite if it fails [s]."""
+    """Return the program's time for each start of each scene [s], or infinity if the run fails."""
     times = {(each["scene"], i): np.inf for each in found for i in range(each["starts"])}
     for run in (run for each in found for run in each["runs"]):
         if run["program"] == program and run["attitude_error"] <= target:
@@ -156,12 +160,12 @@ def times_to_error(found, program, target):
 
 
 def compute_quantile(times, part):
-    """Return a quantile of times that may be infinite [s]."""
+    """Return a quantile [s] of times that may be infinite."""
     return float(np.quantile(times, part, method="higher"))
 
 
 def group_starts(found):
-    """Return {title: findings} of the symmetric tops, which have a closed form, and the others."""
+    """Return {title: findings} for symmetric tops, which have a closed form, and for other tops."""
     groups = {SYMMETRIC: [], OTHERS: []}
     for each in found:
         is_symmetric = load_problem(each["scene"]).symmetric
@@ -174,7 +178,7 @@ def count_starts(found):
 
 
 def make_bands(found):
-    """Return {title: (errors, median, lower and upper quantiles)} of the programs [rad, ms]."""
+    """Return {title: (errors, median, lower and upper quantiles)} by program [rad, ms]."""
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(found, program, target) for target in CURVE]
@@ -197,7 +201,7 @@ def draw_groups(found):
 
 
 def summarize_programs(found):
-    """Yield a row for each error: median times, and the number of starts that reach it."""
+    """Yield a row for each error: the median times, and the number of starts that reach it."""
     for target in SHOWN:
         times = {name: times_to_error(found, name, target) for name in list_programs()}
         yield {
@@ -222,10 +226,10 @@ def finite_or_none(x):
 
 
 def compare_medians(found, target):
-    """Return the median time of kreisel [s], and {title: ratio of the median time to it}.
+    """Return kreisel's median time [s], and {title: ratio of the program's median to kreisel's}.
 
-    Both are those of the figure. A program is left out where its line has ended, because more
-    than a quarter of the starts do not reach the error. The time is None if kreisel's has.
+    These medians also appear in the figure. A program is omitted if more than a quarter of the
+    starts do not reach the error. If kreisel itself is omitted, its time is None.
     """
     known = {}
     for program, title in list_programs().items():
@@ -237,7 +241,7 @@ def compare_medians(found, target):
 
 
 def describe_group(title, found, target):
-    """Return a sentence on the times of a group of starts at an error."""
+    """Return a sentence on the times at an error for a group of starts."""
     own, ratios = compare_medians(found, target)
     if own is None:
         return ""
@@ -249,7 +253,7 @@ def describe_group(title, found, target):
 
 
 def describe_reached(found, target):
-    """Return a sentence on the fractions of the starts for which each program reaches an error."""
+    """Return a sentence on the share of starts for which each program reaches an error."""
     shares = [
         f"{title} on {format_share(times_to_error(found, program, target))}"
         for program, title in list_programs().items()
@@ -258,7 +262,7 @@ def describe_reached(found, target):
 
 
 def describe_digits(found, target):
-    """Return a sentence on kreisel with more digits than a double has."""
+    """Return a sentence on kreisel's runs with more digits than doubles have."""
     errors = [error for each in found for error in each.get("precise", ())]
     if not errors:
         return ""

@@ -1,8 +1,7 @@
-"""Savings in time and memory from computations and output that a run omits.
+"""Time and memory that a run saves by omitting unneeded computations and output.
 
-For each method, the time saved by omitting gravity, and by the form for symmetric bodies, is
-measured. For each scene, every omission of the plan is measured separately, by runs with and
-without the omission.
+For each method, the time saved by omitting gravity and by exploiting symmetry is measured. For each
+scene, every omission in the plan is measured separately, by runs with and without the omission.
 """
 
 from dataclasses import dataclass, replace
@@ -57,13 +56,13 @@ class OmissionFindings:
 
 
 def make_asymmetric(problem):
-    """Return a top whose equal moments are slightly perturbed, so that methods use no symmetry."""
+    """Return a top with slightly perturbed equal moments, so that methods use no symmetry."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
 def scene_forms(problem):
-    """Return a top as a general body, as a symmetric body, and without gravity."""
+    """Return a top in three forms: as a general body, as a symmetric body, and without gravity."""
     scene = problem.to_scene()
     return dict(
         zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
@@ -71,7 +70,7 @@ def scene_forms(problem):
 
 
 def measure_forms(rounds):
-    """Return the time of each method on each form of the thesis' top."""
+    """Return the time of each method for each form of the thesis top."""
     calls, keys = [], []
     for form, scene in scene_forms(load_problem("thesis")).items():
         for method in kr.methods.values():
@@ -93,7 +92,10 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield (omission, run without the omission, run with it). A run returns its size [bytes]."""
+    """Yield (omission, run without the omission, run with the omission).
+
+    A run returns the size of its results [bytes].
+    """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 
@@ -160,7 +162,7 @@ def load_findings(problems, store):
 
 
 def group_seconds(rows):
-    """Return the seconds of each method on each form."""
+    """Return the seconds of each method for each form."""
     lines = {}
     for row in rows:
         lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]

@@ -1,7 +1,7 @@
 """The interface of a part of the report.
 
-The report builds its page, its tables and its command line from a list of parts, and refers to no
-part by name. To add a part, add three things: a file here that ends with its `Part`, a template
+The report builds its page, tables and command line from a list of parts, and names no part
+elsewhere. A new part needs three things: a file here that ends with its `Part`, a template
 NAME.html beside the file, and a line in report/contents.py.
 """
 
@@ -19,8 +19,7 @@ def list_nothing(findings, *_):
 class Part:
     """One part of the report.
 
-    Findings may be of any type. If the findings of a part are false, the part is neither shown nor
-    written.
+    Findings may be of any type. A part with false findings is neither shown nor written.
     """
 
     name: str  # used for --only, for links within the page, and as the name of the template
@@ -42,7 +41,7 @@ class Part:
 def write_csv(columns, rows):
     """Return rows, each a dictionary, as CSV text.
 
-    Missing values are empty, and keys that are not columns are ignored.
+    Missing values are left empty, and keys that are not columns are ignored.
     """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")

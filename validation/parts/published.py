@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand multiples of a step, at which the energies are compared."""
+    """Return about a thousand multiples of a step, the times at which energies are compared."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -160,12 +160,12 @@ def measure_run(published, problem, who, setting):
 
 
 def initial_velocity(scene):
-    """Return the angular velocity of a scene at its start, in the space frame."""
+    """Return the initial angular velocity of a scene in the space frame."""
     return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
 
 
 def relative_energy_error(problem, q, m):
-    """Return max |H - H0| / |H0|, the error measure used in the literature."""
+    """Return max |H - H0| / |H0|, the error measure in the literature."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Return a clause that compares the smallest energy error at a published setting, if any."""
+    """Return a clause that compares the smallest energy errors at a published setting, if any."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

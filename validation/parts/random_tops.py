@@ -1,7 +1,7 @@
-"""Random tops of each kind: the errors of methods compared at equal run time.
+"""Random tops of each kind: the errors of methods at equal run time.
 
-The settings are chosen so that all methods take about the same time on the first tops. Each top is
-scaled to turn at a rate of one, and all tops make the same number of turns. The reference is heyoka
+The settings are chosen so that all methods take about the same time for the first tops. Each top is
+scaled to a turning rate of one, and all tops make the same number of turns. The reference is heyoka
 in 80-bit arithmetic, whose errors are far below the differences shown.
 """
 
@@ -55,7 +55,7 @@ def draw_body(kind, random):
 
 
 def draw_scene(kind, random):
-    """Return a random top of the kind, scaled to turn at a rate of one."""
+    """Return a random top of the kind, scaled to a turning rate of one."""
     q = random.normal(size=4)
     made = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Return a setting at which the run time of the method is `GIVEN`."""
+    """Return a setting for which the run time of the method is about `GIVEN`."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -103,7 +103,7 @@ def describe_setting(setting):
 
 
 def measure_outcomes(problems, truths, name, setting):
-    """Return the error and the time of each top, or its failure."""
+    """Return the error and the time of each top, or the failure of the top."""
     try:
         seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run all methods on each slice of tops in turn, so that other load slows all methods alike."""
+    """Run all methods in turn on each slice of tops, so that other load slows all equally."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -149,7 +149,7 @@ def load_findings(problems, store):
 
 
 def group_by_method(runs, kind):
-    """Return the runs of each method on one kind of top, and the sorted errors.
+    """Return the runs of each method for one kind of top, and the sorted errors.
 
     A failed run has an error of pi.
     """

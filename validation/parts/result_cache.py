@@ -1,7 +1,7 @@
-"""A file with the findings of a report, from which an interrupted run continues.
+"""A file with the findings of a report, from which an interrupted report continues.
 
-The file holds one finding per line as JSON, written immediately. The first line of the file is the
-fingerprint of the conditions. If the conditions have changed, a new file is started.
+The file stores one finding per line as JSON, as soon as it is known. The first line of the file is
+the fingerprint of the conditions. If the conditions have changed, a new file is started.
 """
 
 import json
@@ -40,7 +40,7 @@ class ResultStore:
 
 
 def write_atomic(file, text):
-    """Write a file atomically: if interrupted, the previous file stays intact."""
+    """Write a file atomically: after an interruption, the previous file is intact."""
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:
         with new.open("w", encoding="utf-8", newline="") as out:

@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The shortest time of all rounds, because other load on the machine only adds time."""
+        """The shortest time of all rounds, because other load can only add time."""
         return min(self.samples, default=self.about)
 
     @property
@@ -64,18 +64,18 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two near the time of a turn [T], so that the end is a multiple of steps."""
+    """Return a power of two near the time of a turn [T], so that steps divide the end time."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def energy_times(end, step):
-    """Return the times at which the energy is evaluated; their number is similar for all runs."""
+    """Return the times at which the energy is evaluated, about equally many for all runs."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """A scene with its reference solution, and the runs made so far, which the timing reuses."""
+    """A scene with its reference solution, and the runs made so far for reuse in the timing."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -91,7 +91,7 @@ class SceneRuns:
         return self.runs[row.key]
 
     def measure_errors(self, who, setting):
-        """Return the errors of one run, and its approximate time."""
+        """Return the errors of one run and its approximate time."""
         row = Measurement(
             self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
         )
@@ -125,7 +125,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Repeat every run that did not fail, one after another, and return the run times [s]."""
+        """Repeat all successful runs in turn, and return the run times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
@@ -174,7 +174,7 @@ def load_runs(store, scene):
 
 
 def load_measurements(store, scene):
-    """Return all measurements of a scene that are stored so far."""
+    """Return all stored measurements of a scene."""
     rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]
@@ -182,7 +182,7 @@ def load_measurements(store, scene):
 
 
 def group_by_method(rows, scene):
-    """Return the rows of one scene by method."""
+    """Return the rows of one scene grouped by method."""
     groups = {}
     for row in rows:
         if row.scene == scene:

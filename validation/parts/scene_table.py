@@ -42,13 +42,13 @@ def describe_scene(problem):
 
 
 def trace_path(problem, end):
-    """Return the shown path of a scene."""
+    """Return the path that the figure of a scene shows."""
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     return kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
 
 
 def count_turns(path, end):
-    """Return the number of turns to the end, from the mean rate of a path to an earlier time."""
+    """Return the number of turns until `end`, from the mean angular velocity of a shorter path."""
     return np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi) * end
 
 

@@ -1,4 +1,4 @@
-"""Sections for the part on chaos: their tops, and the data of the figures."""
+"""Sections for the part on chaos: the tops and the data of the figures."""
 
 import kreisel as kr
 import numpy as np
@@ -23,13 +23,13 @@ def make_body(name):
 
 
 def compute_section(name, orbits, crossings):
-    """Return the section of random starts with the same energy and vertical momentum."""
+    """Return the section of random starts with equal energy and vertical momentum."""
     tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return the section of motions whose integrals K have evenly spaced fourth roots."""
+    """Return the section of motions for which the fourth roots of K are evenly spaced."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -41,11 +41,11 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return an array in which each value is replaced by the mean of its orbit."""
+    """Return an array in which each value is replaced by the mean over its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 
 
 def panel_data(section, colour):
-    """Return the data of one panel of the figure."""
+    """Return the data of one panel in the figure."""
     return section.spin_angle, section.axial_momentum, colour

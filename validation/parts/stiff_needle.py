@@ -1,13 +1,14 @@
-"""The stiff needle: a spin of 1e4 times the precession, with steps that resolve only precession.
+"""The stiff needle: the spin is 1e4 times the precession rate, and steps resolve only precession.
 
 The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
-midpoint, v = V / |V|, and a_ the axis at the midpoint. Half the rotation of a step is theta = 2
-atan(h |V| / 4). A step changes <m,a> by
+midpoint, v = V / |V|, and a_ the axis at the midpoint. The rotation angle of a step is 2 theta with
+theta = 2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change is of order h^2 if the step resolves the spin. Otherwise the change per unit of time does
-not depend on the step. The change is about as large as the component of the torque along V.
+The change is of order h^2 if the step size resolves the spin. Otherwise the change per unit of time
+does not depend on the step size. The magnitude of the change is about that of the torque component
+along V.
 """
 
 import kreisel as kr
@@ -38,7 +39,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path up to the end or a failure, and the failure's message, if any."""
+    """Return the path up to the end or to a failure, and the error message, if any."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
@@ -89,7 +90,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Return a sentence about the methods that conserve the energy and have accurate attitudes."""
+    """Return a sentence on the methods that conserve the energy and have accurate attitudes."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])
@@ -111,7 +112,7 @@ def conclude(lines):
 
 
 def write_table(lines):
-    """Return a row per method and time as CSV."""
+    """Return CSV text with a row for each method and time."""
     rows = (
         (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
         for line in lines

@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return an entry per scene, with the results of all computations."""
+    """Return an entry for each scene with the results of all computations."""
     return [
         {
             "scene": problem.name,
@@ -43,7 +43,7 @@ def load_findings(problems, store):
 
 
 def heyoka_in_double(store, scene):
-    """Return the error of heyoka in doubles at its tightest tolerance, if heyoka ran."""
+    """Return the error of heyoka in double precision at its tightest tolerance, if heyoka ran."""
     rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
@@ -54,10 +54,10 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield for each scene the largest differences between computations, over the conditioning.
+    """Yield, for each scene, the largest differences between computations over the conditioning.
 
-    A row contains the largest difference between high-precision results, the largest difference of
-    other results, and the name of the computation with this difference.
+    A row contains the largest differences of high-precision results and of other results. The row
+    also names the computation with the largest difference of the other results.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -1,9 +1,9 @@
-"""The verdict on a cell of the atlas, from its error and from what a careful user can observe.
+"""The verdict on a cell of the atlas, from the error and from what a careful user can observe.
 
 A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. Let d be the angle between the results of both runs. If the method
-attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is about
-d. The dictionary VERDICTS defines each verdict.
+or a hundredth of the tolerance. Let d be the angle between the results of the two runs. If the
+method attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is
+about d. The dictionary VERDICTS defines each verdict.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -62,11 +62,11 @@ def rounding_effect(true):
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the largest attitude errors due to random and to aligned rounding errors [rad].
+    """Return the largest attitude errors [rad] due to random and to aligned rounding errors.
 
     Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
-    all in one direction. A closed form does not accumulate rounding errors, so at a late time it is
-    as accurate as the initial values allow.
+    all in one direction. A closed form does not accumulate rounding errors, so at late times only
+    the rounding of the initial values matters.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -76,30 +76,30 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the largest attitude error that is consistent with a tolerance [rad].
+    """Return the largest attitude error [rad] that is consistent with a tolerance.
 
-    Each step may have an error of the size of the tolerance. An error of a step grows in the same
-    way as a rounding error of the start.
+    Each step may have an error of the size of the tolerance. The error of a step grows in the same
+    way as a rounding error of the initial state.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Return the estimate of the error from the second run [rad].
+    """Return the error estimate from the second run [rad].
 
-    `second_run` is the angle between the results of both runs. An order of 0 means that a tolerance
-    controls the runs.
+    `second_run` is the angle between the results of the two runs. An order of 0 means that a
+    tolerance controls the runs.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the observation by which a user can notice an attitude error, or None.
+    """Return the name of the sign that reveals an attitude error to a user, or None.
 
     `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
     methods. `explained` contains the attitude errors that random roundings, aligned roundings and a
-    tolerance can explain. If both runs have the same error, a user cannot notice the error, however
-    large the step is.
+    tolerance can explain. If both runs have the same error, a user cannot notice this error,
+    however large the step is.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -124,9 +124,9 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order is too low by one or more.
+    """Return True if the observed order falls short by one or more.
 
-    The order cannot be observed if the errors are near rounding level or large.
+    The order cannot be observed if the errors are large or near rounding level.
     """
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
@@ -142,7 +142,7 @@ def choose_mark(cell):
 
 
 def judge_cell(cell, finer, problem, true, who):
-    """Return the cell with its verdict, from the truth and from the error of the finer run."""
+    """Return the cell with its verdict, from the reference and from the error of the finer run."""
     rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)

@@ -1,4 +1,4 @@
-"""Error against run time, for every method on the scenes of the report or of a user."""
+"""Error against run time for every method, on scenes of the report or of the user."""
 
 import math
 import statistics
@@ -78,7 +78,7 @@ def load_findings(problems, store):
 
 
 def describe_timing(rows):
-    """Return a text with the number of timing rounds and the median spread of the times."""
+    """Return a sentence with the number of timing rounds and the median spread of the times."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
@@ -87,7 +87,7 @@ def describe_timing(rows):
 
 
 def summarize_setup(rows):
-    """Return the range of heyoka's compile times over loose and tight tolerances [s]."""
+    """Return the minimum, median and maximum of heyoka's compile times [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
         return None
@@ -95,9 +95,9 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Return a sentence on the number of runs that make up for heyoka's compile time.
+    """Return a sentence on the number of runs that recover heyoka's compile time.
 
-    All scenes and targets of the summary are included for which both programs reach the target.
+    All scenes and target errors for which both programs reach the target are included.
     """
     runs = [
         peer.setup_seconds / (own.seconds - peer.seconds)
@@ -275,7 +275,7 @@ def describe_missing(races):
 
 
 def write_table(comparison, about):
-    """Return all runs as CSV text, below a header with the conditions of the measurement."""
+    """Return all runs as CSV text below a header with the measurement conditions."""
 
     def format_row(row):
         values = vars(row) | {

@@ -1,1 +1,1 @@
-"""Problems, their equations of motion, and reference solutions."""
+"""Problems with their equations of motion, and reference solutions."""

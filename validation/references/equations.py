@@ -1,15 +1,15 @@
-"""The equations of motion for heyoka in any precision, and their initial values.
+"""The equations of motion for heyoka in any precision, and the initial values.
 
 In terms of the angular velocity w in the body frame, the equations are
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-D is the damping along the principal axes. The damping term is left out if D is zero.
+D is the damping along the principal axes. The damping term is omitted if D is zero.
 
 There are seven equations: four for the attitude, and three for the angular velocity or the angular
-momentum in the body frame. For heyoka, the form with the angular velocity is the fastest. The
+momentum in the body frame. The form with the angular velocity is the fastest for heyoka. The
 coefficients are computed with 40 digits and rounded once. The coefficients are either constants or
-parameters. With parameters, one compiled integrator serves every top.
+parameters. With parameters, one compiled integrator serves all tops.
 """
 
 import heyoka as hy
@@ -54,8 +54,8 @@ def compute_coefficients(problem, form="velocity", digits=40):
     """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
 
     The first three convert the variables to velocities. The next three multiply products of two
-    variables, and the last six give the torque. A damped top has three more coefficients, the rates
-    at which damping reduces each variable.
+    variables, and the last six determine the torque. A damped top has three more coefficients, the
+    decay rates of the variables due to damping.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
@@ -64,7 +64,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for moments and a lever, which may be numbers of any type."""
+    """Return the coefficients for given moments and lever, which may be numbers of any type."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]
@@ -74,9 +74,9 @@ def coefficients_from(J, lever, form="velocity"):
 
 
 def build_equations(numbers, fp):
-    """Return (variable, derivative) of each of the seven equations.
+    """Return (variable, derivative) for each of the seven equations.
 
-    Terms that are zero are left out.
+    Terms that are zero are omitted.
     """
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body

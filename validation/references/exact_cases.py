@@ -1,4 +1,4 @@
-"""Tops on which a closed form could fail: all degenerate cases by name, and random tops."""
+"""Tops for which a closed form could fail: all degenerate cases by name, and random tops."""
 
 import math
 
@@ -141,7 +141,7 @@ def normalize(q):
 
 
 def random_attitude(rng, near_pole):
-    """Return a random attitude, either uniform or at a distance of 1e-9 .. 1 from a pole."""
+    """Return a random attitude, either uniform or at an angle of 1e-9 .. 1 rad from a pole."""
     if not near_pole:
         return normalize(rng.normal(size=4))
     half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
@@ -150,9 +150,9 @@ def random_attitude(rng, near_pole):
 
 
 def random_lagrange(rng, number):
-    """Draw moments, lever arm and momentum over several decades, with either sign of gravity.
+    """Draw moments, lever arm and momentum from several decades, with either sign of gravity.
 
-    Every second top starts at a distance of 1e-9 .. 1 from a pole.
+    Every second top starts at an angle of 1e-9 .. 1 rad from a pole.
     """
     i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
     i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
@@ -182,7 +182,7 @@ def random_time(rng):
 
 
 def digits(case):
-    """Return the number of digits needed to resolve a free body's distance from its middle axis."""
+    """Return the number of digits that resolve a free body's distance from its middle axis."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
@@ -232,7 +232,7 @@ MAPS = [  # (name of a top, step of the Bobenko-Suris map)
 
 
 def random_map(rng, number):
-    """Draw a top, and a step of either sign and of size 0.003 .. 5 in the top's unit of time."""
+    """Draw a top, and a step of either sign with magnitude 0.003 .. 5 in the top's unit of time."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

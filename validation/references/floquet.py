@@ -1,11 +1,12 @@
 """Tangents of closed forms at any time: derivatives of the state with respect to the initial state.
 
-In the body frame the motion is periodic. After the time tau, P and M return to their initial
-values. For a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
-the tangents are periodic in the same sense. Let theta and N be as in taylor/tangents.h, and let
-Phi(t) be the matrix of their derivatives. Then
+In the body frame the motion is periodic, with the period tau. After one period, P and M return to
+their initial values. For a symmetric body, P and M return up to a rotation S about the symmetry
+axis. By Floquet's theorem, the tangents have the same periodicity. Let theta and N be as in
+taylor/tangents.h, and let Phi(t) be the matrix of their derivatives with respect to their initial
+values. Then
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that all
+One period is computed with 30 digits. The powers are computed with 50-digit decimals, so that all
 30 digits remain correct.
 """
 
@@ -28,7 +29,7 @@ _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return numbers as decimals, each the sum of its high and low word."""
+    """Return the sums of high and low words as decimals."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
@@ -40,7 +41,7 @@ def _to_decimals(numbers: Array) -> Decimals:
 
 
 def _rotation_matrix(q: Decimals) -> Decimals:
-    """Return the rotation matrix of a quaternion, whose length need not be exactly one."""
+    """Return the rotation matrix of a quaternion that need not have unit length."""
     w, x, y, z = q
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -66,7 +67,7 @@ def _cross_matrix(a: Decimals) -> Decimals:
 
 
 def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """Return the block-diagonal matrix with `block` for theta and `other` or `block` for N."""
+    """Return the block-diagonal matrix with `block` for theta, and `other` or `block` for N."""
     zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
@@ -135,7 +136,8 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return quantities that are periodic along the motion.
 
-        For a symmetric body, they are invariant under rotations about its axis.
+        For a symmetric body, these quantities are invariant under rotations about the symmetry
+        axis.
         """
         if axis is None:
             return self.momentum
@@ -153,7 +155,7 @@ class _Point(NamedTuple):
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
-    """Return the rotation about the axis that takes P and M at one point to P and M at another."""
+    """Return the rotation about the axis that maps P and M at one point to P and M at another."""
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
@@ -173,7 +175,7 @@ def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimal
 
 
 class Floquet(NamedTuple):
-    """The tangents of one period."""
+    """The tangents over one period."""
 
     body: _Body
     tau: Decimal
@@ -215,7 +217,7 @@ def _find_steady_rate(point: _Point, body: _Body) -> float | None:
 def _oscillation_period(point: _Point, body: _Body, rate: float, fastest: float) -> float:
     """Return the period of small oscillations about a steady motion.
 
-    If there are no oscillations, return the time scale of the fastest rate.
+    If there are no oscillations, return the time scale of the fastest rate instead.
     """
     axis = _to_decimals(_AXES[2]) if body.axis is None else body.axis
     turning = rate * np.array(_block_matrix(_cross_matrix(axis)), dtype=float)
@@ -231,7 +233,7 @@ def _make_separatrix_error(scene: kr.Scene) -> ValueError:
 
 
 def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
-    """Return the period up to rounding errors.
+    """Return the period, exact up to rounding errors.
 
     Raises ValueError if the motion lies on a separatrix.
     """
@@ -246,10 +248,10 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
 
 
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
-    """Return the tangents of one period, forward or backward in time.
+    """Return the tangents over one period, forward or backward in time.
 
-    `longest` is the longest time of interest. If it lies within the first period, the tangents are
-    not computed. Raises ValueError if the motion lies on a separatrix.
+    `longest` is the longest time of interest. If `longest` is within the first period, the tangents
+    are not computed. Raises ValueError if the motion lies on a separatrix.
     """
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
@@ -285,10 +287,10 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the (n, 6, 6) tangents of a closed form at any times, defined like path.tangents.
+    """Return the tangents (n, 6, 6) of a closed form at any times, defined like path.tangents.
 
     Raises ValueError if the motion lies on a separatrix, or if a tangent exceeds the range of
-    doubles. Each time takes about a millisecond.
+    doubles. The computation takes about a millisecond per time.
     """
     closed = kr.exact(scene)
     path = closed(times)
@@ -313,7 +315,7 @@ def _make_range_error(t: float) -> ValueError:
 
 
 def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
-    """Return the path and its tangents with 30 digits.
+    """Return the path and its tangents, computed with 30 digits.
 
     Raises ValueError if a tangent exceeds the range of doubles.
     """

@@ -1,4 +1,4 @@
-"""The motions of a Kowalewski top at given energy and vertical momentum.
+"""The motions of a Kowalewski top with given energy and vertical momentum.
 
 The motions are classified by the critical values of the integral K, at which tori merge or vanish.
 
@@ -7,12 +7,12 @@ Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the 
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-if K attains them. K is never below 0. If h < g^2, K is never below the second value. The order of
-the critical values changes along curves in the plane of g and h. The curves divide the plane into
-ten regions.
+if K attains them. K is never negative. If h < g^2, K is never less than the second critical value.
+The order of the critical values changes across curves in the (g, h) plane. These curves divide the
+plane into ten regions.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
-Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are those of
+Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are taken from
 Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4 (1994) 1535.
 """
 
@@ -35,14 +35,14 @@ REGIONS = (  # a point (g, h) in each of the ten regions
 
 
 def vertical_momentum(g):
-    """Return <m, e3> for a value of g."""
+    """Return <m, e3> for a given value of g."""
     return np.sqrt(2.0) * g
 
 
 def critical_values(g, h):
-    """Return the critical values of K that are attained, in ascending order.
+    """Return the critical values of K that motions attain, in ascending order.
 
-    Each value is paired with the number, 1 to 3, of its formula in the docstring of this module.
+    Each value is paired with the number, 1 to 3, of the formula in the docstring of this module.
     """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []

@@ -1,13 +1,14 @@
 """The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
 
-A Lagrange top that spins too slowly to sleep falls from the upright position, swings and becomes
-upright again. Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c
-changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
+A Lagrange top whose spin is too slow for a stable sleeping top falls from the upright position,
+swings and becomes upright again. Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the
+axial momentum c changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in
+a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
-Here psi is the spin angle at the lowest point of the swing. The integral is Melnikov's, along the
-separatrix with its lowest point at the spin angle 0. Near the upright position the apex escapes at
-the rate s, and the body turns under the apex at the rate w. By Chirikov's criterion, swings are
-chaotic up to |c - <m, e3>| = 2 w e A / s.
+Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is taken along
+the separatrix that has its lowest point at spin angle 0. Near the upright position, the apex
+departs at the exponential rate s, and the spin angle changes at the rate w. By Chirikov's
+criterion, swings are chaotic for |c - <m, e3>| up to 2 w e A / s.
 
 Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
 Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.
@@ -48,15 +49,15 @@ def melnikov_amplitude():
 
 
 def layer_half_width():
-    """Return half the width of the chaotic layer in c, per unit of e."""
+    """Return the half-width of the chaotic layer in c, per unit of e."""
     return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 
 def measure_swings(e, n):
     """Return the spin angles at lowest points and the axial momenta at highest points.
 
-    The tops are pushed from the upright position and make n swings each. The shapes are (tops, n)
-    and (tops, n + 1).
+    The tops are pushed from the upright position and make n swings each. The results have the
+    shapes (tops, n) and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)

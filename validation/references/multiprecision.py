@@ -1,8 +1,8 @@
-"""Attitudes of any undamped top with 60 digits, by one compiled integrator of heyoka.
+"""Attitudes of any undamped top with 60 digits, from one compiled heyoka integrator.
 
 The attitudes are the reference for runs with 30 digits. As in kreisel, the doubles of a scene are
-taken as exact. A quaternion of any length is used as a rotation. The moments are taken about the
-principal axes.
+taken as exact. A quaternion of any length represents a rotation. The moments are the principal
+moments.
 """
 
 import heyoka as hy
@@ -35,7 +35,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes, principal axes -> space, at `times`, which are monotonic from 0."""
+        """Return the attitudes (principal axes to space) at `times`, which are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -62,7 +62,7 @@ def normalize(q):
 
 
 def path_attitudes(path):
-    """Return the attitudes of a path, principal axes -> space, including their low words."""
+    """Return the attitudes (principal axes to space) of a path, including the low words."""
     low = path.q_low if path.digits in (20, 30) else np.zeros_like(path.q)
     axes = to_reals(path.scene.body.axes)
     return [
@@ -72,7 +72,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Return the angles of the rotations between attitudes [rad], also accurate if small."""
+    """Return the angles [rad] of the rotations between attitudes, accurate even if small."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

@@ -1,4 +1,4 @@
-"""The observed order of a method: the slope of log(error) over log(step), in q and in m."""
+"""The observed order of a method: the slope of log(error) against log(step), in q and in m."""
 
 import kreisel as kr
 import numpy as np
@@ -16,16 +16,16 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Return a tilted scene.
 
-    The scene is tilted because no torque acts on an upright start, which would hide an error of
-    first order.
+    The scene is tilted because no torque acts on an upright top, so that first-order errors would
+    be hidden.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
 def fit_slope(steps, errors, rounding):
-    """Return the slope of log(error) over log(step), or None for fewer than three points.
+    """Return the slope of log(error) against log(step), or None for fewer than three points.
 
-    The fit uses the eight smallest steps whose error exceeds rounding.
+    The fit uses the eight smallest steps with errors above rounding level.
     """
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
@@ -34,7 +34,7 @@ def fit_slope(steps, errors, rounding):
 def compute_errors(path, truth):
     """Return the largest error in q and the largest relative error in m over several times.
 
-    Several times are used, because an error may vanish at a single time, where it changes its sign.
+    Several times are used because an error may change sign and vanish at a single time.
     """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])

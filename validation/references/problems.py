@@ -1,6 +1,6 @@
-"""The scenes of problems.json and the scenes of a user, as exact doubles.
+"""The scenes of problems.json and the user's scenes, with their numbers as exact doubles.
 
-Every method and every reference solution starts from these doubles.
+All methods and reference solutions start from these doubles.
 """
 
 import json
@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top in its principal axes."""
+    """A top described in its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -53,7 +53,7 @@ class Problem:
         )
 
     def to_principal_axes(self, q):
-        """Convert attitudes computed by kreisel to rotations of the principal axes into space."""
+        """Convert attitudes from kreisel to rotations from the principal axes to space."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def symmetric(self):
-        """True if the top is exactly a Lagrange top, without tolerance."""
+        """True if the top is exactly a Lagrange top, without any tolerance."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
@@ -71,7 +71,7 @@ class Problem:
 
     @property
     def fastest_rate(self):
-        """The larger of `rate` and the fastest rate of decay by damping [T^-1]."""
+        """The larger of `rate` and the fastest decay rate due to damping [T^-1]."""
         return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property
@@ -87,8 +87,8 @@ class Problem:
     def energies(self, q, m):
         """Return the kinetic and potential energies of states in rows, in extended precision.
 
-        In extended precision, an energy error is due to the state and not to the evaluation of the
-        energy.
+        With extended precision, an energy error comes from the state and not from the evaluation of
+        the energy.
         """
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
@@ -99,10 +99,9 @@ class Problem:
     def energy_errors(self, q, m):
         """Return |E - E0| / max(T + mass * gravity * |com|) of each state.
 
-        The first state is the start.
+        The first state is the initial state.
 
-        The energy of a damped top decreases, so for such a top only a growth of the energy is an
-        error.
+        The energy of a damped top decreases, so only an increase of the energy counts as an error.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
@@ -115,10 +114,10 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_internal_units(self):
-        """Return the top in its internal units of moment and rate, together with both units.
+        """Return the top in internal units, together with the units of moment and rate.
 
         In these units, the largest moment and the rate are about one. The units are powers of two,
-        so that no number is rounded.
+        so conversion does not round.
         """
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
@@ -142,19 +141,19 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Return q* v q for vectors in rows: the rotation from space to body."""
+    """Return q* v q for vectors in rows, which rotates from space to body."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Return q v q* for vectors in rows: the rotation from body to space."""
+    """Return q v q* for vectors in rows, which rotates from body to space."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_errors(q, truth):
-    """Return the angles of the rotations between attitudes in rows, 0 .. pi [rad].
+    """Return the angles [rad] of the rotations between attitudes in rows, 0 .. pi.
 
     The arc tangent is used because 2 acos(|w|) would lose half of the digits.
     """
@@ -176,7 +175,7 @@ def load_problem(name):
 
 
 def problem_of_scene(name, scene):
-    """Return a scene of kreisel as a problem in principal axes."""
+    """Return a kreisel scene as a problem in principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

@@ -1,9 +1,9 @@
-"""Closed forms of the Lagrange and the Euler top by quadrature in multiprecision.
+"""Closed-form solutions of Lagrange and Euler tops by multiprecision quadrature.
 
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
 is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
-of the third kind. They are computed from Carlson's R_F and R_J, and from the number of whole
-periods. DIGITS is large enough for roots that nearly coincide.
+of the third kind. These integrals are computed from Carlson's R_F and R_J and from the number of
+whole periods. DIGITS is large enough even if roots nearly coincide.
 """
 
 import mpmath as mp
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Return the attitude for which the body axes are n, b and t in space."""
+    """Return the attitude for which the body axes have the space directions n, b and t."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -103,7 +103,7 @@ class Quadrature:
         return sign * sn, sign * cn, dn, n
 
     def third(self, x, a, b):
-        """Integrate dx / (a + b sn^2) from the start to x, where a > 0 and a + b > 0."""
+        """Integrate dx / (a + b sn^2) from the initial value to x, where a > 0 and a + b > 0."""
 
         def incomplete(s, c, d):
             s2 = s * s
@@ -133,7 +133,7 @@ class Quadrature:
 
 
 class Lagrange:
-    """The Lagrange top: a function of time that returns (attitude, momentum).
+    """The Lagrange top: a function that maps a time to (attitude, momentum).
 
     The axis of symmetry and the centre of mass lie along T, and lever = mass * gravity * com. The
     axis must not rest at a pole.
@@ -185,10 +185,10 @@ class Lagrange:
         ]
 
     def _integrate_angle(self, x, weight, a, b, at_bottom):
-        """Integrate weight / (a + b sn^2) from the start to `x`.
+        """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
-        If `weight` is zero, the integral is zero except for jumps: the angle changes by half a turn
-        whenever the axis passes through the pole. The jumps after the start are counted.
+        If `weight` is zero, only jumps contribute: the angle changes by half a turn whenever the
+        axis passes through the pole. Only jumps after the initial time count.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -222,7 +222,7 @@ class Lagrange:
 
 
 class Euler:
-    """The free body with three different moments, in any motion that is not a permanent rotation.
+    """The free body with three different moments, in any motion but a permanent rotation.
 
     If the body rotates nearly about the middle axis, `digits` must resolve the square of the
     distance from this axis.
@@ -249,7 +249,7 @@ class Euler:
     def _order_axes(self, inertia, body):
         """Order the axes so that axis 2 has the middle moment and M3 is positive.
 
-        The attribute `relabel` rotates these axes to those of the body.
+        The attribute `relabel` rotates the ordered axes to the body's axes.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
@@ -287,7 +287,7 @@ class Euler:
     def _angles(self, t):
         """Return an attitude with the momentum along e3, and half of the precession angle.
 
-        The attitude is defined up to a first rotation about e3.
+        The attitude is determined up to a rotation about e3 that is applied first.
         """
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)

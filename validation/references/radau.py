@@ -1,6 +1,6 @@
 """A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
 
-The angular velocity w in the body frame, the damping D and the momentum h of rotors are taken along
+The angular velocity w in the body frame, the damping D and the momentum h of rotors are given along
 the principal axes. The support turns with O, and shakes so that gravity, relative to that of the
 lever, is g:
 
@@ -8,10 +8,10 @@ lever, is g:
     g = 1 - amplitude rate^2 cos(rate t + phase)
 
 The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5). The method damps the fast modes at any step size, so the steps follow the slow
-motion. Newton's method solves for the stages. The matrices are in double precision, and the
-residuals in extended precision. The step size is chosen by the last Legendre coefficient of the
-stages. The last coefficient measures the neglected terms.
+section IV.5). The method damps fast modes at any step size, so the step size follows the slow
+motion. The stages are computed by Newton's method. The Newton matrices use double precision, and
+the residuals use extended precision. The step size is controlled by the last Legendre coefficient
+of the stages. This coefficient estimates the neglected terms.
 """
 
 from functools import cache
@@ -58,7 +58,7 @@ def radau_table():
 
 
 def legendre_coefficients(n):
-    """Return the coefficients of the Legendre polynomial P_n(2x - 1), for ascending powers."""
+    """Return the ascending coefficients of the shifted Legendre polynomial P_n(2x - 1)."""
     return [(-1) ** (n + k) * mp.binomial(n, k) * mp.binomial(n + k, k) for k in range(n + 1)]
 
 
@@ -80,12 +80,12 @@ class TopEquations:
         self.start[4:] -= self.rotor / self.inertia
 
     def levers(self, times):
-        """Return the levers at `times`, for gravity as seen from the shaken support, (n, 3)."""
+        """Return the levers (n, 3) at `times`, times the relative gravity on the shaken support."""
         amplitude, rate, phase = self.shaking
         return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
 
     def rates(self, states, times):
-        """Return the derivatives of `states`, an array (n, 7), at `times`, (n,)."""
+        """Return the derivatives of `states`, an array (n, 7), at `times`, an array (n,)."""
         q, w = states[:, :4], states[:, 4:]
         own = self.inertia * w + self.rotor
         torque = np.cross(own, w) + np.cross(fixed_in_space(q, Z), self.levers(times))
@@ -96,7 +96,7 @@ class TopEquations:
         return np.concatenate([turn / 2, torque / self.inertia], axis=1)
 
     def jacobians(self, states, times):
-        """Return the derivatives of the rates in double precision, an array (n, 7, 7)."""
+        """Return the Jacobians of the rates in double precision, an array (n, 7, 7)."""
         states, turning = states.astype(float), self.turning.astype(float)
         inertia, damping = self.inertia.astype(float), self.damping.astype(float)
         levers = self.levers(times).astype(float)
@@ -158,7 +158,7 @@ def solve_stages(top, start, t, step):
 
 
 def first_step(top):
-    """Return a step that resolves the fastest mode at the start."""
+    """Return an initial step size that resolves the fastest mode."""
     rate = np.abs(top.start[4:]).max() + (top.damping / top.inertia).max()
     fall = np.sqrt(np.abs(top.lever).max() / top.inertia.max())
     return Real(0.1) / max(rate, fall)
@@ -167,10 +167,9 @@ def first_step(top):
 def integrate(problem, times, tol=TOL, **effects):
     """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
 
-    `tol` bounds the neglected terms of each step, relative to the state. The effects are
-    `rotor`, the momentum of rotors in principal axes, `turning`, in the space frame, and `shaking`,
-    the amplitude over gravity, the rate and the phase. Raises ArithmeticError if the steps become
-    too small.
+    `tol` bounds the neglected terms of each step, relative to the state. The effects are `rotor`
+    (momentum in principal axes), `turning` (in the space frame) and `shaking` (amplitude over
+    gravity, rate, phase). Raises ArithmeticError if the step size becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
@@ -193,10 +192,10 @@ def integrate(problem, times, tol=TOL, **effects):
 
 
 def truncation_size(top, term, stages):
-    """Return the size of `term`, the last Legendre coefficient of a step, relative to the state.
+    """Return the magnitude of `term`, the last Legendre coefficient, relative to the state.
 
-    An angular velocity below `NEGLIGIBLE` times the initial angular velocity is ignored, because
-    the motion has decayed.
+    An angular velocity below `NEGLIGIBLE` times its initial magnitude is ignored, because the
+    motion has decayed.
     """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)

@@ -1,7 +1,7 @@
-"""Random tops of one body, with reference attitudes at the final time and their conditioning.
+"""Random tops with the same body, their reference attitudes at the end, and their conditioning.
 
-The momenta are normally distributed about the momentum of a scene of the report. The k-th top
-depends only on the seed and on k, so larger ensembles start with the same tops.
+The momenta are normally distributed about the momentum of a scene in the report. The k-th top
+depends only on the seed and k, so larger ensembles begin with the same tops.
 """
 
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """The initial attitudes and body angular velocities, (n, 7), for other integrators."""
+        """The initial attitudes and body angular velocities (n, 7), for other integrators."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
@@ -57,20 +57,21 @@ def draw_tops(kind, n, end=END):
 
 
 def solve_end(scene, end, digits):
-    """Return the attitude at the end as the sum of its high and low words."""
+    """Return the final attitude as the sum of its high and low words."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 
 
 def compute_truths(tops):
-    """Return the attitudes of the tops at the end, (n, 4), computed with 30 digits."""
+    """Return the final attitudes of the tops, an array (n, 4), computed with 30 digits."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
 def compute_conditioning(tops):
-    """Return the angle by which rounding errors at the start change the final attitude [rad].
+    """Return the angle by which initial rounding errors change the final attitude [rad].
 
-    A run in doubles may have an error of this size. The angle is larger for more chaotic tops.
+    A run in double precision may have an error of this magnitude. The angle is larger for more
+    chaotic tops.
     """
 
     def of(scene):

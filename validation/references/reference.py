@@ -1,13 +1,14 @@
 """Reference solutions by heyoka in 128-bit arithmetic.
 
-The solutions for the report's scenes are stored in reference.json by `python -m
-validation.references.reference`.
+`python -m validation.references.reference` stores the solutions for the report's scenes in
+reference.json.
 
-Each solution is computed in several nearly independent ways: by two forms of the equations, in
-128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
-conditioning is stored with the solution. It is the angle by which the attitude changes if all
-numbers of the top change by one rounding error of a double. The changed numbers are the momentum,
-the attitude, the moments and the lever. No method in doubles can be expected to be more accurate.
+Each solution is computed in several nearly independent ways: from two forms of the equations, in
+128-bit and in 80-bit arithmetic. The differences between these results show the accuracy of the
+solution. The conditioning is stored together with the solution. The conditioning is the angle by
+which the attitude changes if all numbers of the top change by one rounding error of a double. These
+numbers are the momentum, the attitude, the moments and the lever. No method in double precision can
+be expected to be more accurate.
 """
 
 import argparse
@@ -41,7 +42,7 @@ LONG = 600.0  # runs over larger angles take more than a second in 128-bit arith
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile one integrator for all tops with this number of coefficients."""
+    """Compile one integrator for all tops with the given number of coefficients."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -53,9 +54,9 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Return the attitude and the body momentum from the variables of `form` at time `t`.
+    """Return the attitude and the body momentum at time `t`, from the variables of `form`.
 
-    The form `symmetric` omits the uniform rotation about the axis, which this function restores.
+    The form `symmetric` omits the uniform rotation about the axis, which this function adds.
     """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
@@ -70,18 +71,18 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a spherical top on which the torque of a Lagrange top acts.
+    """Return a spherical top on which the torque of the given Lagrange top acts.
 
-    The axis of the sphere moves like the axis of the Lagrange top.
+    The axis of the spherical top moves like the axis of the Lagrange top.
     """
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
-    """Return the attitude and the body momentum at the times, as mpmath numbers.
+    """Return the attitude and the body momentum at `times`, as mpmath numbers.
 
-    The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
-    torque of the top.
+    The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric` (see
+    `equivalent_sphere`).
     """
     own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
@@ -168,7 +169,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning of a top [rad], from the tangents of one run with 20 digits."""
+    """Return the conditioning of a top [rad], from the tangents of one 20-digit run."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -185,9 +186,9 @@ def conditioning_by_tangents(problem, times):
 def compute_truth(problem, end):
     """Return the reference solution of any scene within about a second.
 
-    The solution is computed in 128-bit arithmetic, or in 80-bit arithmetic if that
-    would take longer. For a damped top, an implicit method is used, because damping limits the
-    steps of explicit methods.
+    The solution uses 128-bit arithmetic, or 80-bit arithmetic if 128 bits would take longer. A
+    damped top is solved by an implicit method, because damping limits the step size of explicit
+    methods.
     """
     if problem.is_damped:
         return truth_of_damped(problem, end)
@@ -222,7 +223,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of a top [rad], from neighbouring runs with 20 digits."""
+    """Return the conditioning of a top [rad], from neighbouring 20-digit runs."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 
@@ -238,9 +239,9 @@ def conditioning_by_differences(problem, times):
 
 
 def truth_by_quadrature(problem, end):
-    """Return the reference solution of a Lagrange or Euler top, with its conditioning.
+    """Return the reference solution of a Lagrange or Euler top and its conditioning.
 
-    The time is arbitrary, because the solution is computed by quadrature in multiprecision.
+    The time may be arbitrarily large, because the solution uses multiprecision quadrature.
     """
 
     def state(top, t):
@@ -277,7 +278,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation, and the angle from its result to `truth` [rad]."""
+    """Yield the name of each other computation and its angle from `truth` [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -326,12 +327,12 @@ def compute_entry(problem, times):
 
 
 def load_truth(name, t):
-    """Return the reference solution of a scene at a time stored in reference.json."""
+    """Return the reference solution of a scene at a time that is stored in reference.json."""
     return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
 
 
 def truth_of(problem, end):
-    """Return the stored reference of a scene of the report; compute it for another scene."""
+    """Return the stored reference solution of a report scene, or compute the solution."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

@@ -6,8 +6,9 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
     M' = M x w + mass g P x com - D (w - u) + k a,    q' = q (w - u) / 2
 
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
-friction k is -friction times the sign of the spin, <w - u, a>. If the spin is zero, k is the value
-that keeps it zero, as long as |k| is at most the friction. One compiled integrator serves all tops.
+friction torque is k = -friction times the sign of the spin <w - u, a>. If the spin is zero, k is
+the value that keeps the spin at zero, as long as |k| is at most the friction. One compiled
+integrator serves all tops.
 """
 
 import math
@@ -36,7 +37,7 @@ def _dot(a, b):
 
 
 def _seen_from_body(q, v):
-    """Return the components along the principal axes of a vector in space."""
+    """Return the components of a space vector along the principal axes."""
     back = [q[0], -q[1], -q[2], -q[3]]
     return product(product(back, [hy.expression(FP(0.0)), *v]), q)[1:]
 
@@ -77,7 +78,7 @@ class _Equations:
 
 
 class SupportIntegrator:
-    """A compiled integrator, which returns the attitude and the momentum of any scene."""
+    """A compiled integrator that returns the attitude and the momentum of any scene."""
 
     def __init__(self):
         made = _Equations()
@@ -101,14 +102,15 @@ class SupportIntegrator:
         self.stops = []
 
     def _measure(self, top):
-        """Return the spin, and the friction that keeps a spin of zero."""
+        """Return the spin and the friction torque that would keep a zero spin at zero."""
         spin, needed = self._spin(top.state, pars=top.pars[:FRICTION], time=top.time)
         return float(spin), float(needed)
 
     def __call__(self, scene, t):
-        """Return the attitude, principal axes -> space, and the momentum in space at `t`.
+        """Return the attitude (principal axes to space) and the momentum in the space frame at `t`.
 
-        Returns None if there is no unique motion, because friction holds the top backward in time.
+        Returns None if the motion backward in time is not unique, because friction holds the spin
+        at zero.
         """
         state, pars = _read_scene(scene)
         self.stops = []
@@ -125,7 +127,7 @@ class SupportIntegrator:
         return top, outcome == hy.taylor_outcome.time_limit
 
     def _with_friction(self, friction, state, pars, t):
-        """Integrate piece by piece, from one change between sliding and rest to the next."""
+        """Integrate interval by interval, from one change between sliding and rest to the next."""
         self.smooth.state[:], self.smooth.pars[:], self.smooth.time = state, pars, FP(0)
         spin, needed = self._measure(self.smooth)
         begin = FP(0)
@@ -187,7 +189,7 @@ def _exact(numbers):
 
 
 def _to_space(state):
-    """Return the attitude, and the momentum with components in space."""
+    """Return the attitude, and the momentum in the space frame."""
     q = np.array(state[:4])
     q = q / (q @ q) ** FP(0.5)
     back = [q[0], -q[1], -q[2], -q[3]]

@@ -1,4 +1,4 @@
-"""The command that generates the report: an HTML page and its tables.
+"""The command that generates the report: an HTML page and tables.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
@@ -32,7 +32,7 @@ def parse_parts(names):
 
 
 def make_parser():
-    """Return the parser, and its group of mutually exclusive options."""
+    """Return the parser and its group of mutually exclusive options."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",
@@ -62,7 +62,7 @@ def make_parser():
 
 
 class LineProgress(Progress):
-    """A progress display for output that is not a terminal: a line for each tenth of the work."""
+    """A progress display for output that is not a terminal: one line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Return the problems of the given files, or those of the report, with their end times."""
+    """Return the problems in the given files, or those of the report, with their end times."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()

@@ -1,4 +1,4 @@
-"""The HTML page of the report, which contains all parts that have findings."""
+"""The HTML page of the report, which contains all parts with findings."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Return the template of the report, of a part, or in another folder."""
+    """Return a template, searched in `folders` and in the folders of the report and its parts."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -32,7 +32,7 @@ def load_template(name, *folders):
 
 
 def cite_peers(svg, about):
-    """Return the versions and the date for a figure that names another integrator, else nothing."""
+    """Return versions and date if a figure names another integrator, else an empty string."""
     if not any(name in svg for name in (*(peer.name for peer in PEERS), "gsl_")):
         return ""
     return markupsafe.Markup("<small>{}</small>").format(about["peers"])
@@ -50,7 +50,7 @@ def render_section(part, found, about):
 
 
 def describe_methods(ran):
-    """Yield the name, the order, the description and the reference of each method that ran."""
+    """Yield the name, order, description and literature reference of each method that ran."""
     for name, method in kr.methods.items():
         if name in ran:
             yield {
@@ -70,7 +70,7 @@ def describe_methods(ran):
 
 
 def render_page(findings, about):
-    """Return the HTML page of all parts that have findings."""
+    """Return the HTML page of all parts with findings."""
     ran = {name for part, found in findings for name in part.list_methods(found)}
     return load_template("report.html").render(
         about=about,

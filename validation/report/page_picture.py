@@ -1,4 +1,4 @@
-"""The picture of the interactive viewer in README.md, taken with Debian's chromium.
+"""The picture of the interactive viewer in README.md, rendered with Debian's Chromium.
 
 python -m validation.report.page_picture [validation/report/page.png]
 """

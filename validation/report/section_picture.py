@@ -1,7 +1,7 @@
-"""The picture of sections in docs/theory/tangents.md: regular and chaotic motion.
+"""The picture of sections in docs/theory/tangents.md, which shows regular and chaotic motion.
 
 All tops have the same body, energy and vertical momentum. A point is drawn at each lowest position
-of the apex, with a colour for each class of tops. Gravity increases from panel to panel.
+of the apex, in the colour of the top's class. Gravity increases from panel to panel.
 
     python -m validation.report.section_picture [validation/report/section.png]
 """
@@ -22,7 +22,7 @@ TARGET = Path(__file__).with_name("section.png")
 
 
 def compute_sections(tops=80, points=800):
-    """Return the sections of the tops, by gravity."""
+    """Return the sections of the tops for each value of gravity."""
     found = {}
     for gravity in GRAVITIES:
         starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)

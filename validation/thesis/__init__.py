@@ -1,1 +1,1 @@
-"""The chapter on Bodack's thesis (2008): its figures, sentences and errata, recomputed."""
+"""The chapter on Bodack's thesis (2008), with its figures, sentences and errata recomputed."""

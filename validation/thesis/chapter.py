@@ -1,4 +1,4 @@
-"""The chapter on the thesis (Bodack 2008): it runs the experiments and writes thesis.html."""
+"""The chapter on the thesis (Bodack 2008), which runs the experiments and writes thesis.html."""
 
 import time
 from dataclasses import dataclass
@@ -137,7 +137,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Return the errata, ordered by number."""
+    """Return the errata in the order of their numbers."""
     return [made() for made in ERRATA]
 
 
@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Describe the machine, and the difference of extrap from the reference in experiment 6.2."""
+    """Describe the machine, and the deviation of extrap from the reference in experiment 6.2."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -1,4 +1,4 @@
-"""Errata of the thesis: the printed text, the correction, and the computed error of both."""
+"""Errata of the thesis: the printed text, the correction, and the numerical error of each."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    The fields `text` and `right` are the numerical errors of the printed text and of the
-    correction. `measure` is the definition of the error.
+    `text` and `right` are the numerical errors of the printed text and of the correction. `measure`
+    describes how the error is measured.
     """
 
     number: int

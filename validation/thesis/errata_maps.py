@@ -67,7 +67,7 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss quadrature.
+    """Return I3 / I1 of the cuboid about the centre of its lower face, by Gauss quadrature.
 
     The quadrature is exact, because the integrand is a polynomial.
     """
@@ -137,7 +137,7 @@ def unit_of_momentum():
 
 
 def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Return the order of the attitude error as a function of the step."""
+    """Return the order at which the attitude error depends on the step."""
     errors = [
         attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
     ]

@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and the quantities measured in them."""
+"""The experiments of chapter 6, and the quantities that they measure."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,7 +30,7 @@ def time_grid(step, end):
 
 @dataclass(frozen=True)
 class FourTops:
-    """The motions of the four tops (6.1.1) and the reference motion, at multiples of eps2.
+    """The trajectories of the four tops (6.1.1) and the reference trajectory, at multiples of eps2.
 
     Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
     yellow with eps1 and in green with eps2.
@@ -52,7 +52,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """The frame errors of each trajectory, against the reference and between pairs."""
+        """The frame errors of each trajectory: relative to the reference, and between pairs."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -66,9 +66,9 @@ class FourTops:
 
     @cached_property
     def term(self):
-        """The energy error of the blue top by the formula of section 6.1.4.
+        """The energy error of the blue top, by the formula of section 6.1.4.
 
-        The error is -I1 eps2/2 <a x m, p> in scaled units, minus its value at the start.
+        The error is -I1 eps2/2 <a x m, p> in scaled units, minus the initial value.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -76,7 +76,7 @@ class FourTops:
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1 with the values of the thesis, or with other values."""
+    """Run experiment 6.1 with the values of the thesis or with other values."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -106,10 +106,10 @@ def run_failing():
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return the frame error and the energy term of section 6.1.5, for several tops.
+    """Return the frame error and the energy term of section 6.1.5 for several tops.
 
-    The rows are (gravity, factor of m, largest |term|, largest L), for several values of gravity
-    and of the factor.
+    Each row is (gravity, factor of m, largest |term|, largest L). Rows cover several values of
+    gravity and of the factor.
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -129,7 +129,7 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Experiment 6.2: states at every fifth unit of time, all compared with the reference."""
+    """Experiment 6.2: states at every fifth unit of time, compared with the reference."""
 
     red: Trajectory
     blue: Trajectory
@@ -175,7 +175,8 @@ def solve_in_periods(substeps, end, method=None):
 def time_period(green, rounds=9, some=40):
     """Return the run times of Bobenko-Suris (166 steps) and Extrap for five units of time [s].
 
-    The run times exclude the overhead of a Python call. Times are the shortest of all rounds.
+    The run times do not include the overhead of a Python call. Each time is the shortest of all
+    rounds.
     """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
@@ -206,9 +207,9 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return, by tolerance, the time when Extrap's frame error first exceeds Bobenko-Suris'.
+    """Return, by tolerance, the time at which Extrap's frame error first exceeds Bobenko-Suris'.
 
-    Each row is (tolerance, time or None, Extrap's last error).
+    Each row is (tolerance, time or None, final error of Extrap).
     """
     end, rows = timed.t[-1], []
     for tol in tolerances:
@@ -225,9 +226,9 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations:
-    """Experiment 6.3: both methods make the same number of evaluations of the torque.
+    """Experiment 6.3, in which both methods evaluate the torque equally often.
 
-    Bobenko-Suris therefore has a quarter of the step of the other method.
+    The step of Bobenko-Suris is therefore a quarter of the step of the other method.
     """
 
     eps2: float

@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panel is as in the thesis. Some figures have a right panel with a logarithmic scale, the
-reference and more methods.
+The left panel shows the curves as in the thesis. Some figures have a right panel with a logarithmic
+scale, the reference and more methods.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draw running maxima of errors, which have no zeros on the logarithmic scale."""
+    """Draw running maxima of errors, which never vanish on the logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

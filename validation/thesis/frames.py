@@ -1,6 +1,6 @@
 """Pictures of cuboids with momentum and velocity, of rods and of traces.
 
-The pictures resemble those of Top Visualization, the program of the thesis.
+The pictures resemble those of Top Visualization, the program that accompanies the thesis.
 """
 
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ def hide_frame(axes):
 
 
 def cuboid_faces(half, centre):
-    """Return the corners of each face, (6, 4, 3), counterclockwise if seen from outside."""
+    """Return the corners (6, 4, 3) of the faces, counterclockwise as seen from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -60,7 +60,7 @@ def cuboid_faces(half, centre):
 
 
 def draw_cuboid(axes, corners, top):
-    """Draw the visible faces of a cuboid, and the hidden faces too if the cuboid is translucent."""
+    """Draw the visible faces of a cuboid, and the hidden faces too if it is translucent."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -82,7 +82,7 @@ def draw_cuboid(axes, corners, top):
 
 
 def draw_vectors(axes, top, origin, behind):
-    """Draw momentum in green and velocity in blue, scaled by their maxima along the path.
+    """Draw momentum in green and angular velocity in blue, scaled by their maxima along the path.
 
     If `behind` is true, only vectors that point away from the eye are drawn. Otherwise only vectors
     that point towards the eye are drawn.
@@ -108,7 +108,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the origin of the tops in the left (-0.5) or the right (0.5) half of the picture."""
+    """Return the origin of the tops in the left (-0.5) or right (0.5) half of the picture."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
@@ -118,7 +118,7 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw figures 6.1 to 6.4 and similar figures.
+    """Draw figures such as 6.1 to 6.4.
 
     `courses` contains the trajectories of the red, blue, yellow and green top by name. The two tops
     with the step eps2 are translucent.
@@ -140,7 +140,7 @@ def draw_four_tops(courses, t, half, pivot):
 
 
 def fit_height(figure, axes, width=STILL_WIDTH):
-    """Choose the height of a picture with equal scales so that its content fills it [inch]."""
+    """Choose the height [inch] at which the content fills a picture with equal scales."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 
@@ -150,7 +150,7 @@ def tops_at_start(scene, colour):
 
 
 def draw_one_top(scene, half, pivot, colour):
-    """Draw the body at its start, with momentum and velocity."""
+    """Draw the body in its initial state, with momentum and angular velocity."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
         draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
@@ -159,7 +159,7 @@ def draw_one_top(scene, half, pivot, colour):
 
 
 def draw_two_tops(scene, half, pivot, colours):
-    """Draw figure 5.10: a top and its duplicate."""
+    """Draw figure 5.10, which shows a top and its duplicate."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
@@ -170,7 +170,7 @@ def draw_two_tops(scene, half, pivot, colours):
 
 
 def draw_rod(rod, colour, azimuth=AZIMUTH):
-    """Draw a rod whose thickness follows from the moments."""
+    """Draw a rod with a thickness that follows from the moments."""
     thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")

@@ -1,4 +1,4 @@
-"""The fourth integrals of chapter 5.6.6, and both forms of the equations of chapter 3.4."""
+"""The fourth integrals of section 5.6.6, and both forms of the equations of section 3.4."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the initial cuboid of the program, with C_B = `half` (section 5.6.6)."""
+    """Return the initial cuboid of the thesis program, with C_B = `half` (section 5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """A fourth integral, and its change along a path computed by Extrap."""
+    """A fourth integral, and the change of this integral along a path computed by Extrap."""
 
     t: np.ndarray
     start: float
@@ -42,9 +42,9 @@ def measure_fourth_integral(kind):
 
 
 def compute_k_values():
-    """Return {(C_B, units): K at the start}.
+    """Return {(C_B, units): initial value of K}.
 
-    The function H of the thesis has I1 = 1, and its unit of time is not specified.
+    The function H in the thesis has I1 = 1, and the unit of time is not specified.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations in rest frame and body frame (3.4), both with twelve variables."""
+    """Compare the equations in the rest frame and in the body frame (section 3.4)."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -89,8 +89,8 @@ def compare_forms_on(name, end, rounds):
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error of a frame whose velocity is updated once per interval [rad].
 
-    M and P are exact, but within each interval the frame rotates with the angular velocity at the
-    start of the interval. The thesis describes this drawback.
+    M and P are exact, but in each interval the frame rotates with its initial angular velocity. The
+    thesis describes the error that this procedure causes.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

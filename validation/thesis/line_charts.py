@@ -1,4 +1,4 @@
-"""Lines over time and other plane figures, in the style of the report."""
+"""Line charts over time and other plane figures, in the style of the report."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,7 +13,7 @@ POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Return the smallest and the largest value of each short interval of a long line."""
+    """Return the smallest and largest value in each of many short intervals of a long line."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -49,7 +49,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
 
 
 def draw_scatter(groups, xlabel, ylabel):
-    """Draw groups, each (label, x, y, colour, marker), with both axes logarithmic."""
+    """Draw groups, each (label, x, y, colour, marker), on logarithmic axes."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
@@ -59,7 +59,7 @@ def draw_scatter(groups, xlabel, ylabel):
 
 
 def draw_two_scales(t, left, right, labels, colours):
-    """Draw two quantities over the same time, each with its own vertical axis."""
+    """Draw two quantities against the same time, each with its own vertical axis."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
@@ -73,7 +73,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draw figure 6.5: S3 as a sphere, E, the north pole, and the shorter geodesic."""
+    """Draw figure 6.5: S3 as a sphere, the identity E, the north pole, and the shorter geodesic."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)

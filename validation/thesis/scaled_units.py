@@ -1,6 +1,6 @@
-"""Conversion to and from the units of Bobenko and Suris for the Lagrange top.
+"""Conversion to and from the scaled units of Bobenko and Suris for the Lagrange top.
 
-The units are described in the thesis (Bodack 2008), section 4.2.1.
+Section 4.2.1 of the thesis (Bodack 2008) describes these units.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class Units:
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Return the scene, converted to these units."""
+        """Return the scene converted to these units."""
         return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """Return a scene given in these units, converted to the original units."""
+        """Return a scene given in these units, converted back to the original units."""
         return _scale_scene(scene, self.length, self.mass)
 
 
@@ -36,7 +36,7 @@ def scaled_units(body: kr.Body) -> Units:
 
     For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore alpha = I3 is 2 C_N^2 /
     (C_N^2 + 4 C_T^2), and the factor of momenta is 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 +
-    4 C_T^2). The thesis omits this factor in p. Raises ValueError if the body is not a Lagrange
+    4 C_T^2). In p, the thesis omits this factor. Raises ValueError if the body is not a Lagrange
     top.
     """
     i1, _ = _lagrange_moments(body)

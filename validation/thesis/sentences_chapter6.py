@@ -1,4 +1,4 @@
-"""The quantitative sentences of chapters 6.1 and 6.2, each with its check."""
+"""The quantitative sentences of sections 6.1 and 6.2, each with its check."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def describe_errors(experiment, t):
 
 
 def explain_experiment1(loose):
-    """Return a sentence about the effect of a looser tolerance on experiment 6.1."""
+    """Return a sentence on the effect of a looser tolerance in experiment 6.1."""
     tol, error = max(loose.items())
     return (
         f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Return a sentence about the tolerances for which the curves of 6.2 cross as in the thesis."""
+    """Return a sentence on the tolerances for which the curves of 6.2 cross as in the thesis."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
@@ -165,8 +165,9 @@ def check_energies(four):
 def correlate_errors(four, end=200.0):
     """Return the correlation of the energy error with the oscillating part of the frame error.
 
-    Returns the coefficient at equal times, the largest coefficient, and the delay of the largest
-    one. The oscillating part is L / t. Only delays shorter than half a nutation period are tried.
+    Returns the correlation without delay, the largest correlation, and the delay of the largest
+    correlation. The oscillating part is L / t. Only delays shorter than half a nutation period are
+    tried.
     """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]

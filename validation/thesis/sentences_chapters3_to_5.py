@@ -1,4 +1,4 @@
-"""The quantitative sentences of chapters 3.4 to 5, each with its check."""
+"""The quantitative sentences of section 3.4 and of chapters 4 and 5, each with its check."""
 
 import kreisel as kr
 import numpy as np
@@ -89,7 +89,7 @@ def check_chapter4(four):
 
 
 def compute_map_residual(eps=0.2):
-    """Return the deviation of bobenko_suris from theorem 4.1 as printed, in scaled units."""
+    """Return the deviation of bobenko_suris from the printed theorem 4.1, in scaled units."""
     scaled = scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity

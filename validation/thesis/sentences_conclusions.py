@@ -1,4 +1,4 @@
-"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each with its check."""
+"""The quantitative sentences of sections 6.3, 6.4 and Appendix A, each with its check."""
 
 import numpy as np
 
@@ -108,9 +108,9 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return when Extrap's largest error first exceeds that of Bobenko-Suris, or None.
+    """Return the time at which Extrap's largest error first exceeds Bobenko-Suris', or None.
 
-    Both methods take the same run time.
+    The two methods have equal run times.
     """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])

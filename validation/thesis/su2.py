@@ -29,7 +29,7 @@ def rotate(Phi, x):
 def rotation_matrix(axis, angle):
     """Return the matrix Phi of theorem 3.4, with the factor 2 that the thesis omits.
 
-    Phi^-1 X Phi then rotates by -angle.
+    With this factor, Phi^-1 X Phi rotates by -angle.
     """
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
@@ -46,7 +46,7 @@ def from_quaternion(q):
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
     """Return xi_k of theorem 4.2, from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    The second form in the thesis contains 2/c instead of 2/eps.
+    The thesis prints 2/c instead of 2/eps in the second form.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
@@ -56,18 +56,18 @@ def compute_xi(form, m, a, b, c, alpha, eps, second=None):
 
 
 def make_step(m, a, eps, g):
-    """Return m and a after a step of theorem 4.1, where p = g e3."""
+    """Return m and a after one step of theorem 4.1, with p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
     X = ID + eps * to_matrix(m)
     return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Return the attitude at the end according to theorem 4.2.
+    """Return the final attitude according to theorem 4.2.
 
-    `c_of` is 'a', or 'p' as printed. `side` is the side on which w_k multiplies the quaternion. If
-    `side` is 'inverse', g rotates from the rest frame to the body frame. If `text` is True, the
-    factor 2/c of the printed second form is used.
+    `c_of` selects the vector in c = <m, .>: 'a', or 'p' as printed. `side` is the side on which w_k
+    multiplies the quaternion. If `side` is 'inverse', g rotates from the rest frame to the body
+    frame. If `text` is True, the second form uses the printed factor 2/c.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
@@ -88,5 +88,5 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
 
 
 def exact_attitude(scene, end):
-    """Return the true attitude at the end, (w, x, y, z)."""
+    """Return the exact final attitude (w, x, y, z)."""
     return solve_truth(scene, [end]).path.q[-1]

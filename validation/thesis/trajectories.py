@@ -1,4 +1,4 @@
-"""The tops of the thesis, and the trajectories of its experiments."""
+"""The tops of the thesis and the trajectories of its experiments."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ IMPROVED = [
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The states of one top at several times, named as in the thesis, and the cost of the run."""
+    """The states of one top at several times, with the thesis' names, and the cost of the run."""
 
     path: kr.Path
     evaluations: int
@@ -49,7 +49,7 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Solve by the closed form if one exists, otherwise by the tightest tolerance."""
+    """Solve by the closed form if there is one, otherwise with the tightest tolerance."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
@@ -60,11 +60,11 @@ def solve_fixed_step(scene, method, step, end, every=1):
 
 
 def solve_theorem42(scene, step, end, every=1):
-    """Return the Bobenko-Suris discretization of the thesis, for a body in principal axes.
+    """Return a trajectory by the thesis' Bobenko-Suris discretization, with principal axes.
 
-    The values of a and m are the same as with kreisel's bobenko_suris. The rotation about the axis
-    is 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, so
-    the rotation about the axis is exact.
+    The values of a and m equal those of kreisel's bobenko_suris. The rotation about the axis is 2
+    atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, so the
+    rotation about the axis is exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
@@ -77,10 +77,10 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Solve by Extrap as the program of the thesis does, with a restart at each interval.
+    """Solve with Extrap as the thesis program does, with a restart after each interval.
 
-    An interval is the time between two pictures of the program. Each restart begins with the given
-    first step. The state at the end of every `every`-th interval is returned.
+    An interval is the time between two pictures of the thesis program. Each restart begins with the
+    given first step. The states at the end of every `every`-th interval are returned.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -95,7 +95,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return L of the thesis (6.1.3): half the angle between the attitudes, 0 .. pi / 2 [rad].
+    """Return L of the thesis (6.1.3), which is half the angle between the attitudes [rad].
 
     Raises ValueError if the times differ.
     """
@@ -110,6 +110,6 @@ def largest_until(t, values, until):
 
 
 def fit_exponent(t, values, begin):
-    """Fit the power law t^p to the running maximum after the time `begin`, and return p."""
+    """Fit a power law t^p to the running maximum after the time `begin`, and return p."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])
