@@ -135,13 +135,12 @@ def test_the_program_holds_members_against_their_single_runs(capsys):
 
 
 def test_a_figure_is_graded_by_its_bounds(capsys):
-    bench.print_grade("more", 2.5, 2.2, 3)
-    bench.print_grade("most", 3.5, 2.2, 3)
-    bench.print_grade("too few", 2.1, 2.2, 3)
+    bench.print_grade("more", 2.5, 2.2)
+    bench.print_grade("too few", 2.1, 2.2)
     bench.print_grade("small", 0.4, 0.5, at_most=True)
     bench.print_grade("large", 0.6, 0.5, at_most=True)
     grades = [line.split()[-1] for line in capsys.readouterr().out.splitlines()]
-    assert grades == ["must", "stretch", "MISSED", "must", "MISSED"]
+    assert grades == ["must", "MISSED", "must", "MISSED"]
 
 
 @pytest.fixture(scope="module")
@@ -168,12 +167,3 @@ def test_the_report_shows_who_moved_tops_and_the_map(quick):
     assert section.count("<svg") == len(KINDS) + 1
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)
     assert "tops from t = 0 to 100 with a median error of" in re.sub(r"\s+", " ", page)
-
-
-def test_the_ratio_of_the_least_times_ignores_disturbed_rounds():
-    own, peer = (
-        [Run("", "", 1, error, error, error, seconds) for error in (1e-3, 1e-6)]
-        for seconds in ([1.0, 9.0], [8.0, 2.0])
-    )
-    assert equal_error.least_ratio(peer, own, 1e-4) == pytest.approx(2.0)
-    assert isnan(equal_error.least_ratio(peer, own, 1e-7))

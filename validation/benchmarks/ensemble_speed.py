@@ -1,14 +1,10 @@
-"""The speed of many tops at once, compared with heyoka's batches, GSL and SciPy at equal error.
+"""Ensembles: the gain of a second thread, large ensembles, and errors relative to individual runs.
 
-    python -m validation.benchmarks.ensemble_speed [throughput threads large single]
+    python -m validation.benchmarks.ensemble_speed [threads large single]
 
-Random tops of one body are solved to t = 100 in two threads. Every program runs at several
-tolerances. In each round, all runs are timed in turn. Times per top are interpolated to equal
-median attitude errors, which are measured on a sample of the tops. The reference is a series with
-30 digits. In each round, the time of heyoka's batches of eight is compared with kreisel's time. The
-median of this ratio over the rounds is printed with the required ratio `must` and the desired ratio
-`stretch`. In parentheses is the ratio of the least times. SciPy solves only a few tops on one
-thread. The measured time is halved, as if two threads shared the tops.
+Random tops of one body are solved to t = 100. The reference is a series with 30 digits. Each figure
+is printed with the required value `must`. The part `ensembles` of the report compares the speed
+with that of other programs.
 """
 
 import argparse
@@ -23,19 +19,14 @@ from statistics import median
 import kreisel as kr
 import numpy as np
 
-from ..competitors import ensemble_runs, equal_error, timing
+from ..competitors import ensemble_runs, timing
 from ..competitors.single_runs import Setting
-from ..parts.ensembles import TARGETS, compute_sleeping_map
+from ..parts.ensembles import compute_sleeping_map
 from ..references.problems import attitude_errors
 from ..references.random_ensembles import SCENES, compute_conditioning, compute_truths, draw_tops
 
 ROOT = Path(__file__).parents[2]
-BOUNDS = {
-    ensemble_runs.HEYOKA: (2.2, 3),
-    ensemble_runs.OWN_CALL: (8, None),
-}  # required and desired ratio for asymmetric tops
 BUSY = 0.5  # system load above which a warning is printed
-CLOSED = 25, 50  # required and desired ratio for Lagrange tops in closed form to heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, sys
 from validation.references.random_ensembles import draw_tops
@@ -45,73 +36,16 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 """
 
 
-def print_grade(what, value, must, stretch=None, unit="", at_most=False):
-    """Print a measured ratio with the required and the desired ratio."""
-    sign = -1 if at_most else 1
-    grades = {"stretch": stretch, "must": must}
-    met = (name for name, bound in grades.items() if bound and sign * value >= sign * bound)
-    bounds = f"must {must:g}" + (f" stretch {stretch:g}" if stretch else "")
-    print(f"{what:62} {value:9.3g}{unit}  {bounds}: {next(met, 'MISSED')}", flush=True)
+def print_grade(what, value, must, unit="", at_most=False):
+    """Print a measured value with the required value."""
+    grade = "must" if (value <= must if at_most else value >= must) else "MISSED"
+    print(f"{what:62} {value:9.3g}{unit}  must {must:g}: {grade}", flush=True)
 
 
 def print_peak_memory(what, command):
     """Print the peak memory of a program, which must print this memory itself [kB]."""
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     print_grade(f"{what}: peak memory", float(done.stdout) / 1000, 300, unit=" MB", at_most=True)
-
-
-def throughput(options):
-    for kind in SCENES:
-        tops = draw_tops(kind, options.tops)
-        found = equal_error.measure_runs(
-            tops,
-            ensemble_runs.select_movers(tops, options.each),
-            compute_truths(tops.first(options.sample)),
-            options.rounds,
-        )
-        print(f"\n{kind} tops: {len(tops)} to t = {tops.end:g}, {options.rounds} rounds")
-        print(f"{'':26} {'setting':12} tops  us/top    median     90 %  largest error [rad]")
-        for run in found:
-            print(
-                f"{run.mover:26} {run.setting:12}{run.tops:6}{1e6 * median(run.seconds):10.2f}"
-                f"{run.middle:9.1e}{run.bad:9.1e}{run.worst:9.1e}"
-            )
-        groups = equal_error.group_by_mover(found)
-        if kind == "Lagrange":
-            print_closed_form(groups)
-        print_at_equal_error(kind, groups)
-
-
-def print_closed_form(groups):
-    own, peer = groups[ensemble_runs.CLOSED.name], groups[ensemble_runs.HEYOKA]
-    print_grade("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
-    value, *_ = equal_error.time_ratio(peer, own, 1e-6)
-    print_grade(f"Lagrange: {ensemble_runs.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
-
-
-def print_at_equal_error(kind, groups):
-    own = groups[ensemble_runs.SERIES.name]
-    for name, peer in groups.items():
-        if name not in ensemble_runs.OWN:
-            for target in (*TARGETS, equal_error.tightest_common_error(own, peer)):
-                told = equal_error.time_ratio(peer, own, target)
-                least = equal_error.least_ratio(peer, own, target)
-                what = f"{kind} at {target:.1e}: {name} / taylor (least {least:.2f})"
-                print_comparison(what, told, find_bounds(kind, name))
-
-
-def find_bounds(kind, name):
-    return BOUNDS.get(name) if kind == "asymmetric" else None
-
-
-def print_comparison(what, told, bounds):
-    value, theirs, ours = told
-    if np.isnan(value):
-        print(f"{what:62}   not reached")
-    elif bounds:
-        print_grade(what, value, *bounds, f" {1e6 * theirs:9.2f} / {1e6 * ours:.2f} us")
-    else:
-        print(f"{what:62} {value:9.3g} {1e6 * theirs:9.2f} / {1e6 * ours:.2f} us")
 
 
 def threads(options):
@@ -185,7 +119,7 @@ def print_error_ratios(what, many_errors, one_errors):
     print_grade(f"{what}: largest / largest of singles", a / b, 3, at_most=True)
 
 
-FIGURES = {f.__name__: f for f in (throughput, threads, large, single)}
+FIGURES = {f.__name__: f for f in (threads, large, single)}
 
 
 def main(argv=None):
@@ -199,10 +133,10 @@ def main(argv=None):
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--quick", action="store_true", help="few tops, to test the program")
     options = parser.parse_args(argv)
-    options.sample, options.large, options.side, options.each = 400, 1_000_000, 500, 1
+    options.sample, options.large, options.side = 400, 1_000_000, 500
     if options.quick:
         options.tops, options.rounds = min(options.tops, 400), min(options.rounds, 2)
-        options.sample, options.large, options.side, options.each = 200, 10_000, 50, 3
+        options.sample, options.large, options.side = 200, 10_000, 50
     if (load := os.getloadavg()[0]) > BUSY:
         print(
             f"the machine is busy (load {load:.1f}); ratios are inaccurate, "

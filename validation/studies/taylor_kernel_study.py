@@ -4,10 +4,10 @@ Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 2
 terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are in double-double,
 at tolerance 2^-100.
 
-    python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
+    python -m validation.studies.taylor_kernel_study [limits orders depth]
 
 Users cannot choose these constants. All runs are timed from C, without Python. As in
-taylor_speed.py, they alternate in one process, and the results are medians of ratios.
+benchmarks/taylor_speed.py, they alternate in one process, and the results are medians of ratios.
 """
 
 import argparse
@@ -15,16 +15,12 @@ import ctypes
 from statistics import median
 
 from ..benchmarks.taylor_speed import (
-    EPS,
     SCENES,
     attitude_error,
     attitude_error_with_low_words,
     horizon,
-    loosest_reaching,
-    make_heyoka_run,
     make_real128_run,
     median_times,
-    print_row,
 )
 from ..competitors import compiled_core, timing
 from ..references.problems import load_problem
@@ -33,64 +29,6 @@ from .taylor_kernels import TaylorKernels
 
 def problem_bytes(name):
     return compiled_core.scene_bytes(load_problem(name).to_scene())
-
-
-def isas():
-    """Compare each instruction set with heyoka, which uses the best one of the machine."""
-    kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
-    for name in ("thesis", "asymmetric"):
-        for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
-            print_at_equal_error(kernels, plain, name, target, order)
-
-
-def print_at_equal_error(kernels, plain, name, target, order):
-    scene, t, kernel = problem_bytes(name), horizon(name, target), kernels.orders.index(order)
-    peer, theirs = loosest_reaching(make_heyoka_run, name, t, target, EPS)
-
-    def runs_at(log2_tol):
-        isas = range(len(kernels.isas))
-        own = [kernels.run(scene, isa, kernel, log2_tol, t) for isa in isas]
-        return [*own, plain.run(scene, 0, kernel, log2_tol, t)]
-
-    steps = range(-10, -54, -1)
-    errors = [
-        attitude_error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in steps
-    ]
-    within = (tol for i, tol in enumerate(steps) if max(errors[i:]) <= target)
-    runs = runs_at(next(within, -53))
-    errors = [attitude_error(name, t, run()[0, 1:5]) for run in runs]
-    *own, b = median_times([*runs, peer])
-    for isa, a, e in zip([*kernels.isas, "plain C"], own, errors, strict=True):
-        print(
-            f"{name} {target or 'tightest'} {isa:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, "
-            f"errors {theirs:.0e} / {e:.0e}"
-        )
-
-
-def headless():
-    """Print the time saved by omitting the heading, at equal tolerance.
-
-    Also print the part of this saving that would remain if the heading were integrated separately.
-    """
-    kernels = TaylorKernels()
-    for name in ("asymmetric", "thesis"):
-        scene, t = problem_bytes(name), horizon(name, 0)
-        for i, (order, tol) in enumerate(
-            zip(kernels.orders, (-15, -22, -30, -40, -53), strict=True)
-        ):
-            n = len(kernels.orders)
-            runs = [
-                kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)
-            ]
-            a, b, c = median_times(runs)
-            print_row(
-                f"{name} order {order}, tol 2^{tol}: whole/headless",
-                a / b,
-                1.1,
-                1.3,
-                f"{a * 1e6:.1f} / {b * 1e6:.1f} us; with the heading added {c * 1e6:.1f} us, "
-                f"{a / c:.2f}",
-            )
 
 
 def count_operations(order):
@@ -182,7 +120,7 @@ def print_depth(kernels, deep, what, tolerances, t):
         print(flush=True)
 
 
-PARTS = {f.__name__: f for f in (isas, headless, limits, orders, depth)}
+PARTS = {f.__name__: f for f in (limits, orders, depth)}
 
 
 def main(argv=None):
@@ -193,9 +131,9 @@ def main(argv=None):
         "what",
         nargs="*",
         choices=[*PARTS, []],
-        help="figures to print (default: all but orders and depth)",
+        help="figures to print (default: limits)",
     )
-    for name in parser.parse_args(argv).what or list(PARTS)[:3]:
+    for name in parser.parse_args(argv).what or ["limits"]:
         PARTS[name]()
     return 0
 
