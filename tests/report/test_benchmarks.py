@@ -16,7 +16,7 @@ PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in
 
 def test_programs_are_found():
     assert {
-        "benchmarks.closed_form_accuracy",
+        "benchmarks.closed_form_truth",
         "benchmarks.error_contract",
         "mutation.mutate",
         "mutation.coverage",
