@@ -7,7 +7,7 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines
+from cli_helpers import call, join_lines, raising
 from internals import cli, view
 
 KREISEL = [sys.executable, "-m", "kreisel"]
@@ -218,13 +218,6 @@ def test_what_is_no_run_is_told_with_its_file_once(tmp_path):
 
 
 # Boundary values
-
-
-def raising(error):
-    def fails(*_, **__):
-        raise error
-
-    return fails
 
 
 def test_a_run_for_which_there_is_no_memory_leaves_nothing(tmp_path, monkeypatch):
