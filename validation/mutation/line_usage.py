@@ -1,8 +1,9 @@
 """The lines of the package that each test runs, and the duration of each test module.
 
 Each test module is measured separately, with the running test as coverage context. All parameter
-sets of a test share one context, and fixtures run without a context. The results are stored beside the copies of the tree. The results are valid until the test module, or a file that it
-may use, changes.
+sets of a test share one context, and fixtures run without a context. The results are stored beside
+the copies of the tree. The results are valid until the test module, or a file that it may use,
+changes.
 """
 
 import hashlib
