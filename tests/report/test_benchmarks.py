@@ -15,12 +15,7 @@ PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in
 
 
 def test_programs_are_found():
-    assert {
-        "benchmarks.closed_form_truth",
-        "benchmarks.error_contract",
-        "mutation.mutate",
-        "mutation.coverage",
-    } <= set(PROGRAMS)
+    assert {"benchmarks.closed_form_truth", "mutation.mutate", "mutation.coverage"} <= set(PROGRAMS)
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
