@@ -27,16 +27,4 @@ static inline kr_quat random_quat(void)
     const double w = uniform(-1, 1);
     return q_unit(q4(w, random_vec(1)));
 }
-/* Returns a top with three different moments and its centre of mass off the axes; every fourth body
- * is symmetric. */
-static inline kr_scene random_scene(int i)
-{
-    kr_scene s = kr_scene_default();
-    const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
-    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
-    s.gravity = uniform(-2.0, 3.0);
-    s.start.q = random_quat();
-    s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
-    return s;
-}
 #endif

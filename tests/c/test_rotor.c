@@ -64,10 +64,11 @@ static void test_growth(void)
     const double t = 1.0;
     double growth[2 * KR_GROWTH_COUNT];
     kr_outcome outcomes[2];
+    kr_worker *worker = NULL;
     const kr_config config = {.tangents = KR_TANGENT_GROWTH};
     const kr_tops tops = {
         .n = 2, .scenes = scenes, .times = 1, .t = &t, .outcomes = outcomes, .growth = growth};
-    kr_worker *worker = make_worker(taylor(), config);
+    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK);
     IS(kr_worker_run(worker, &tops) == KR_OK);
     IS(outcomes[0].status == KR_ERR_ROTOR && outcomes[1].status == KR_OK);
     kr_worker_free(worker);

@@ -13,11 +13,21 @@ typedef struct {
     kr_outcome outcomes[TOPS];
 } cut;
 
+static kr_scene random_scene(int i)
+{
+    kr_scene s = kr_scene_default();
+    const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
+    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
+    s.gravity = uniform(-2.0, 3.0);
+    s.start.q = random_quat();
+    s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
+    if (i % 9 == 8) s.damping = v3(1e-3, 2e-3, 3e-3);
+    return s;
+}
 static void random_tops(cut *c, double wait)
 {
     for (int i = 0; i < TOPS; i++) {
         c->scenes[i] = random_scene(i);
-        if (i % 9 == 8) c->scenes[i].damping = v3(1e-3, 2e-3, 3e-3);
         c->wait[i] = i % 5 == 2 ? -wait : wait;
     }
 }
