@@ -108,12 +108,6 @@ static inline kr_vec3 q_axis(kr_quat q)
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
-/* Returns q e1 q*: the first body axis in space. */
-static inline kr_vec3 q_first_axis(kr_quat q)
-{
-    return v3((q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y + q.w * q.z),
-              2.0 * (q.x * q.z - q.w * q.y));
-}
 /* Returns q* e3 q: the vertical seen from the body. */
 static inline kr_vec3 q_vertical(kr_quat q)
 {
@@ -127,11 +121,6 @@ static inline kr_quat q_exp(kr_vec3 r)
     double c, s;
     cos_sinc(0.25 * v_dot(r, r), &c, &s);
     return q4(c, v_scale(0.5 * s, r));
-}
-/* Returns q (c + s i): a rotation about the first axis of the body, followed by q. */
-static inline kr_quat q_mul_x(kr_quat q, double c, double s)
-{
-    return q4(c * q.w - s * q.x, v3(c * q.x + s * q.w, c * q.y + s * q.z, c * q.z - s * q.y));
 }
 /* Returns q (c + s k): a rotation about the third axis of the body, followed by q. */
 static inline kr_quat q_mul_z(kr_quat q, double c, double s)

@@ -1,5 +1,5 @@
-/* States of tops by quadrature in 50 digits or more. This file is printed by
- * `python -m validation.benchmarks.closed_form_accuracy --header`. */
+/* States of tops by quadrature in 50 digits or more;
+ * `python -m validation.benchmarks.closed_form_truth` prints this file. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
 #define KR_EXACT_TRUTH_H

@@ -162,8 +162,7 @@ static void test_rounded_moments(void)
     IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), &b) == KR_ERR_BODY);
     IS(kr_body_from_rounded_tensor(1.0, water, v3(0, 0, 0), 0.0021, &b) == KR_OK);
     IS(b.inertia.x == 0.345 && b.inertia.y == 0.653 && b.inertia.z == 1.0 && b.rounded == 0.0021);
-    const kr_scene scene = {b,         0.0, {0.0, {1, 0, 0, 0}, {1, 2, 3}}, {0, 0, 0}, {0, 0, 0},
-                            {0, 0, 0}, 0.0};
+    const kr_scene scene = {.body = b, .start = {0.0, {1, 0, 0, 0}, {1, 2, 3}}};
     kr_scene strict = scene;
     strict.body.rounded = 0.0;
     kr_top *top = NULL;

@@ -14,12 +14,6 @@ void *__wrap_calloc(size_t n, size_t size)
     asked++;
     return left >= 0 && left-- == 0 ? NULL : __real_calloc(n, size);
 }
-static kr_scene scene_for(const kr_method *method)
-{
-    kr_scene s = tilted();
-    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
-    return s;
-}
 /* A top allocates memory once, when it is created. If this fails, no top is created and nothing is
  * written. The methods of GSL allocate more than once, and each allocation may fail: on creation,
  * in side steps, and on a reset. */

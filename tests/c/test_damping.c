@@ -65,8 +65,7 @@ static void test_decay_along_axes(void)
     static const double moments[5][3] = {
         {1, 1.5, 2}, {1.5, 2, 1}, {2, 1, 1.5}, {2, 1.5, 1}, {1.5, 1.5, 1.5}};
     const double D[3] = {0.125, 0.25, 0.75}, t = 3.0;
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(NULL, PLAIN, 0, NULL, &worker) == KR_OK);
+    kr_worker *worker = make_worker(NULL, PLAIN);
     for (int i = 0; i < 15; i++) {
         const int axis = i % 3;
         const double *I = moments[i / 3];

@@ -215,12 +215,11 @@ static void test_digits_between(void)
     const double t = 3.0;
     for (int i = 0; i < 6; i++) {
         const deep end = run_to(&s, asked[i], t), same_end = run_to(&s, given[i], t);
-        kr_worker *worker = NULL;
         kr_state many;
         kr_outcome outcome;
         const kr_tops tops = {1, &s, 1, &t, 0, &many, .outcomes = &outcome};
         IS(same(end.high, same_end.high) && same(end.low, same_end.low));
-        IS(kr_worker_create(taylor(), (kr_config){.digits = asked[i]}, 0, NULL, &worker) == KR_OK);
+        kr_worker *worker = make_worker(taylor(), (kr_config){.digits = asked[i]});
         IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
         IS(given[i] == 16 || same(many, end.high));
         kr_worker_free(worker);

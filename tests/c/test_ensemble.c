@@ -51,12 +51,6 @@ static void random_ensemble(ensemble *f)
     }
     ask(f, TOPS);
 }
-static kr_worker *made(const kr_method *method, kr_config config)
-{
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(method, config, 0, NULL, &worker) == KR_OK && worker);
-    return worker;
-}
 static int same_row(const ensemble *f, size_t i, const ensemble *g, size_t j)
 {
     const size_t row = TIMES * sizeof(kr_state);
@@ -67,7 +61,7 @@ static int same_row(const ensemble *f, size_t i, const ensemble *g, size_t j)
 static ensemble one_of(const ensemble *f, size_t i, const kr_method *method, kr_config config)
 {
     ensemble one;
-    kr_worker *worker = made(method, config);
+    kr_worker *worker = make_worker(method, config);
     one.scenes[0] = f->scenes[i];
     memcpy(one.t, f->t + i * TIMES, TIMES * sizeof *one.t);
     ask(&one, 1);
@@ -81,7 +75,7 @@ static void test_independence(const kr_method *method, kr_config config)
     random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
-    kr_worker *worker = made(method, config);
+    kr_worker *worker = make_worker(method, config);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
         const ensemble one = one_of(&f, i, method, config);
@@ -113,7 +107,7 @@ static void test_instruction_sets(void)
     random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
-    kr_worker *worker = made(taylor(), config);
+    kr_worker *worker = make_worker(taylor(), config);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     ask(&g, TOPS);
     for (int i = 0; kr_lanes_isa_at(i); i++) {
@@ -138,7 +132,7 @@ static void test_accuracy_of_lanes(double tol)
     ensemble f;
     random_ensemble(&f);
     double lanes = 0.0, alone = 0.0;
-    kr_worker *worker = made(taylor(), config);
+    kr_worker *worker = make_worker(taylor(), config);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
         const double t = f.t[i * TIMES + TIMES - 1];
@@ -166,7 +160,7 @@ static void test_methods_without_lanes(const kr_method *method)
     if (!kr_method_applies(method, &s[0].body)) s[0].body.com = v3(0, 0, 0);
     s[1] = s[0];
     s[1].start.q.w += 1.0;
-    kr_worker *worker = made(method, config);
+    kr_worker *worker = make_worker(method, config);
     const kr_tops tops = {
         .n = 2, .scenes = s, .times = TIMES, .t = t, .states = out, .outcomes = outcomes};
     IS(kr_worker_run(worker, &tops) == KR_OK);
@@ -187,7 +181,7 @@ static void test_failures(void)
     ensemble f;
     random_ensemble(&f);
     const kr_config limited = {.max_steps = 9};
-    kr_worker *worker = made(taylor(), limited);
+    kr_worker *worker = make_worker(taylor(), limited);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     size_t failed = 0;
     for (size_t i = 0; i < TOPS; i++) {
@@ -274,7 +268,7 @@ static void test_headless(void)
     random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
-    kr_worker *a = made(taylor(), whole), *b = made(taylor(), level);
+    kr_worker *a = make_worker(taylor(), whole), *b = make_worker(taylor(), level);
     ask(&g, TOPS);
     IS(kr_worker_run(a, &f.tops) == KR_OK && kr_worker_run(b, &g.tops) == KR_OK);
     for (size_t i = 0; i < TOPS * TIMES; i++) {
@@ -298,7 +292,7 @@ static int interrupt_worker(int after)
     ensemble f;
     random_ensemble(&f);
     const kr_config config = {.poll = stop_at, .context = &left}, free = {0};
-    kr_worker *worker = made(NULL, config);
+    kr_worker *worker = make_worker(NULL, config);
     memset(f.outcomes, 0, sizeof f.outcomes);
     IS(kr_worker_run(worker, &f.tops) == KR_ERR_INTERRUPTED);
     size_t done = 0;
@@ -332,7 +326,7 @@ static void test_pairs_and_reversal(void)
         kr_outcome outcome;
         kr_tops tops = {1, &s, 1, t, .states = states, .outcomes = &outcome};
         s.body.inertia.x *= 1.0 - 2.3e-16 * i;
-        kr_worker *worker = made(taylor(), (kr_config){0});
+        kr_worker *worker = make_worker(taylor(), (kr_config){0});
         IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
         IS(distance(states[0], state_at(5.0, &s, taylor(), (kr_config){0})) < 1e-12);
         tops.times = 3;
@@ -360,7 +354,7 @@ static void test_refusals(void)
     IS(kr_worker_create(NULL, config, 0, NULL, NULL) == KR_ERR_ARGUMENT && !worker);
     IS(kr_reduce_name(KR_REDUCE_COUNT) == NULL &&
        strcmp(kr_reduce_name(KR_REDUCE_MIN), "min") == 0);
-    worker = made(NULL, config);
+    worker = make_worker(NULL, config);
     int order;
     IS(strcmp(kr_worker_kernel(worker, &order), worker->isa->name) == 0 && order == 20);
     IS(kr_worker_run(worker, NULL) == KR_ERR_ARGUMENT);

@@ -6,10 +6,9 @@
 static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, kr_state out[3])
 {
     const kr_config config = {0};
-    kr_worker *worker = NULL;
+    kr_worker *worker = make_worker(NULL, config);
     const kr_tops tops = {
         .n = 1, .scenes = scene, .times = 3, .t = t, .states = out, .outcomes = outcome};
-    IS(kr_worker_create(NULL, config, 0, NULL, &worker) == KR_OK);
     IS(kr_worker_run(worker, &tops) == KR_OK);
     kr_worker_free(worker);
 }
@@ -19,8 +18,7 @@ static void test_time_order(void)
     const kr_scene s = kr_scene_default();
     const double t = 1.0;
     kr_outcome outcome;
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(NULL, (kr_config){0}, 0, NULL, &worker) == KR_OK);
+    kr_worker *worker = make_worker(NULL, (kr_config){0});
     for (int missing = 0; missing < 4; missing++) {
         const kr_tops tops = {.n = 1,
                               .scenes = missing == 0 ? NULL : &s,
@@ -64,13 +62,12 @@ static void test_limits_of_steps(void)
         const kr_config config = {.max_steps = most};
         kr_state out[8], truly[4];
         kr_outcome outcomes[2];
-        kr_worker *worker = NULL;
         const kr_tops tops = {
             .n = 2, .scenes = scenes, .times = 4, .t = t, .states = out, .outcomes = outcomes};
         kr_top *alone = make(&scenes[0], kr_method_find("exact"), config);
         size_t done = 0;
         const kr_status status = kr_top_record(alone, 4, t, truly, &done);
-        IS(kr_worker_create(NULL, config, 0, NULL, &worker) == KR_OK);
+        kr_worker *worker = make_worker(NULL, config);
         IS(kr_worker_run(worker, &tops) == KR_OK);
         for (size_t i = 0; i < 2; i++) {
             IS(outcomes[i].status == status && outcomes[i].done == done);

@@ -7,29 +7,6 @@
 #include "taylor/taylor.h"
 #include "event_helpers.h"
 
-enum { MANY = 64 };
-static kr_scene scene_of(int i)
-{
-    kr_scene s = kr_scene_default();
-    if (i == 0) return s;
-    s.body = general_body();
-    s.start.q = q_unit(q4(0.3, v3(0.2 * i, -0.5, 0.4)));
-    s.start.m = v3(0.7, -1.0 * i, 1.9);
-    s.gravity = i == 2 ? -2.5 : 1.5;
-    return s;
-}
-/* Writes the times of the events up to `end`, at most MANY. Returns their number. */
-static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
-{
-    int n = 0;
-    kr_event_hit hit;
-    while (n < MANY && kr_top_seek(top, end, &hit) == KR_OK && hit.index >= 0) {
-        t[n] = kr_top_state(top).t;
-        if (hits) hits[n] = hit;
-        n++;
-    }
-    return n;
-}
 static kr_term height; /* of the apex; set by main */
 
 /* Without the heading, events of quantities that do not depend on the heading are found at the same
@@ -37,7 +14,7 @@ static kr_term height; /* of the apex; set by main */
 static void test_headless(void)
 {
     static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     const kr_term g[] = {height, term(0.2, "m_z", "body_vertical_x"),
                          term(0.1, "spin", "body_momentum_y")};
     kr_event e = {.terms = g, .count = 3, .extremum = 1}, f = e;
@@ -61,7 +38,7 @@ static void test_headless(void)
 static void test_nutation_of_lagrange_tops(void)
 {
     for (int i = 0; i < 20; i++) {
-        kr_scene s = scene_of(0);
+        kr_scene s = event_scene(0);
         kr_exact closed;
         kr_event e = {.terms = &height, .count = 1, .extremum = 1, .direction = 1};
         double t[MANY];
@@ -84,7 +61,7 @@ static void test_unchanged_path(void)
                                   term(1.0, "body_vertical_z", "body_velocity_z"),
                                   term(-1.0, "apex_z", "spin")};
     for (int digits = 16; digits <= 30; digits += 7) {
-        const kr_scene s = scene_of(1);
+        const kr_scene s = event_scene(1);
         kr_event e[2] = {{.terms = precession, .count = 4},
                          {.terms = &height, .count = 1, .extremum = 1}};
         const kr_config config = {.digits = digits};
@@ -108,7 +85,7 @@ static void test_unchanged_path(void)
 /* The apex passes a height exactly once, even if a step ends at this height up to the last bits. */
 static void test_step_borders(double start, double apart, double step)
 {
-    kr_scene s = scene_of(1);
+    kr_scene s = event_scene(1);
     const kr_config config = {.step = step};
     s.start.t = start;
     kr_top *top = watched(&s, config, NULL, 0);
@@ -134,7 +111,7 @@ static void test_step_borders(double start, double apart, double step)
  * again. Later events are found at the same times. */
 static void test_passed_events(void)
 {
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     double all[MANY];
     kr_event e = {.terms = &height, .count = 1, .extremum = 1}, f = e;
     kr_top *whole = watched(&s, (kr_config){0}, &e, 1);
@@ -157,7 +134,7 @@ static void test_passed_events(void)
 }
 static void test_two_in_one_step(void)
 {
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     kr_event top_most = {.terms = &height, .count = 1, .extremum = 1, .direction = -1};
     double at[MANY], t[MANY];
     kr_event_hit hits[MANY];
@@ -196,7 +173,7 @@ static void test_two_in_one_step(void)
  * is called again. */
 static void test_events_at_the_start(void)
 {
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     kr_scene late = s;
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &height, .count = 1, .extremum = 1}};
@@ -230,7 +207,7 @@ static void test_events_at_the_start(void)
 }
 static void test_simultaneous_events(void)
 {
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     kr_event e[3] = {
         {.terms = &height, .count = 1, .extremum = 1},
         {.terms = &height, .count = 1, .extremum = 1},
@@ -250,7 +227,7 @@ static void test_simultaneous_events(void)
 static void test_agreement_of_kernels(void)
 {
     const kr_term g[] = {term(1.0, "m_x", "apex_y"), term(-1.0, "m_y", "apex_x")};
-    const kr_scene s = scene_of(2);
+    const kr_scene s = event_scene(2);
     double first[MANY], t[MANY];
     int n = 0;
     for (int i = 0; kr_taylor_isa(i) != NULL; i++) {
@@ -271,7 +248,7 @@ static void test_scaling(void)
 {
     const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
                  momentum = mass * length * length / time;
-    const kr_scene s = scene_of(1);
+    const kr_scene s = event_scene(1);
     kr_scene big = s;
     big.body.mass *= mass;
     big.body.inertia = v_scale(mass * length * length, s.body.inertia);
@@ -293,7 +270,7 @@ static void test_scaling(void)
 
 static void test_refusals(void)
 {
-    const kr_scene s = scene_of(0);
+    const kr_scene s = event_scene(0);
     const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
     const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_COMPONENT_ONE},
                   odder = {1.0, KR_COMPONENT_ONE, odd.first};
@@ -332,7 +309,7 @@ static void test_refusals(void)
 static void test_lent_memory(void)
 {
     enum { EVENTS = 3 };
-    const kr_scene s = scene_of(0);
+    const kr_scene s = event_scene(0);
     const kr_term rise = term(1.0, "apex_z", "1");
     kr_event dirty[EVENTS], clean[EVENTS];
     kr_event_hit hit, wanted;
@@ -354,7 +331,7 @@ static void test_lent_memory(void)
 }
 static void test_failures(void)
 {
-    const kr_scene s = scene_of(0);
+    const kr_scene s = event_scene(0);
     const kr_term still = term(1.0, "m_z", "1");
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &still, .count = 1, .extremum = 1}};

@@ -3,23 +3,6 @@
 #include "taylor/taylor.h"
 #include "event_helpers.h"
 
-enum { MANY = 64 };
-static kr_scene scene(void)
-{
-    kr_scene s = kr_scene_default();
-    s.body = general_body();
-    s.start.q = q_unit(q4(0.3, v3(0.4, -0.5, 0.4)));
-    s.start.m = v3(0.7, -2.0, 1.9);
-    s.gravity = -2.5;
-    return s;
-}
-static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
-{
-    int n = 0;
-    while (n < MANY && kr_top_seek(top, end, &hits[n]) == KR_OK && hits[n].index >= 0)
-        t[n++] = kr_top_state(top).t;
-    return n;
-}
 static kr_term height; /* of the apex; set by main */
 
 /* A loaded top finds the same events as the saved top, whether the top was saved at an event,
@@ -27,7 +10,7 @@ static kr_term height; /* of the apex; set by main */
 static void test_loaded_events(void)
 {
     static char memory[1 << 16];
-    const kr_scene s = scene();
+    const kr_scene s = event_scene(2);
     const kr_term level[] = {height, term(0.3, "1", "1")};
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = level, .count = 2}};
     kr_event f[2] = {e[0], e[1]};
@@ -83,7 +66,7 @@ static void alike(const kr_scene *s)
 static void test_refused_load(void)
 {
     static char memory[1 << 16], before[1 << 16];
-    const kr_scene s = scene();
+    const kr_scene s = event_scene(2);
     kr_event e = {.terms = &height, .count = 1, .extremum = 1};
     const kr_event unlike[] = {
         {.terms = &height, .count = 1},
@@ -123,7 +106,7 @@ static void test_refused_load(void)
 /* A reset restarts the search, even in the step that was searched last. */
 static void test_reset(void)
 {
-    kr_scene s = scene();
+    kr_scene s = event_scene(2);
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &height, .count = 1, .extremum = 1}};
     kr_event_hit hit;

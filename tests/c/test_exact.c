@@ -5,17 +5,6 @@
 #include "random.h"
 #include "tops.h"
 
-static kr_scene top_of(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
-{
-    const kr_scene s = {{1.0, {i1, i1, i3}, {0.0, 0.0, fabs(lever)}, {1, 0, 0, 0}, 0, {0, 0, 0}},
-                        lever < 0.0 ? -1.0 : 1.0,
-                        {0.0, q, m},
-                        {0.0, 0.0, 0.0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
-    return s;
-}
 static kr_scene random_top(int number)
 {
     const double i1 = pow(10.0, uniform(-1, 1)), size = pow(10.0, uniform(-3, 3)),
@@ -24,8 +13,8 @@ static kr_scene random_top(int number)
     if (number % 2)
         q = q_mul(number % 4 == 1 ? q_one() : q4(0.0, v3(1, 0, 0)),
                   q_exp(v_scale(near, random_vec(1))));
-    return top_of(i1, i1 * pow(10.0, uniform(-2, 0.3)),
-                  (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
+    return lagrange_top(i1, i1 * pow(10.0, uniform(-2, 0.3)),
+                        (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
 }
 static kr_exact closed_form(const kr_scene *s)
 {
@@ -54,7 +43,7 @@ static void test_truths(void)
 {
     for (size_t i = 0; i < sizeof exact_truths / sizeof *exact_truths; i++) {
         const exact_truth *c = &exact_truths[i];
-        kr_scene s = top_of(1.0, 1.0, c->lever, c->q, c->m);
+        kr_scene s = lagrange_top(1.0, 1.0, c->lever, c->q, c->m);
         s.body.inertia = c->inertia;
         const kr_exact closed = closed_form(&s);
         const kr_state end = kr_exact_state(&closed, c->t);
@@ -115,18 +104,11 @@ static void test_free_bodies(void)
     for (int i = 0; i < 4000; i++) {
         const double small = pow(10, uniform(-3, 0));
         const kr_vec3 part = v3(small, pow(10, uniform(-3, 0)), i % 3 ? 1.0 : small);
-        kr_scene s = {{2.0,
-                       {part.y + part.z, part.z + part.x, part.x + part.y},
-                       {0.1, 0.2, -0.3},
-                       {1, 0, 0, 0},
-                       0,
-                       {0, 0, 0}},
-                      0.0,
-                      {0.0, {1, 0, 0, 0}, {0, 0, 0}},
-                      {0.0, 0.0, 0.0},
-                      {0, 0, 0},
-                      {0, 0, 0},
-                      0.0};
+        kr_scene s = {.body = {.mass = 2.0,
+                               .inertia = {part.y + part.z, part.z + part.x, part.x + part.y},
+                               .com = {0.1, 0.2, -0.3},
+                               .axes = {1, 0, 0, 0}},
+                      .start = {0.0, {1, 0, 0, 0}, {0, 0, 0}}};
         s.start.q = random_quat(), s.start.m = random_vec(3.0);
         if (i % 5 == 0) s.body.com = v3(0, 0, 0), s.gravity = 2.0;
         /* about a principal axis */
@@ -148,7 +130,7 @@ static void test_principal_axis(void)
     for (int i = 0; i < 6; i++) {
         const double size = i % 2 ? -1.7 : 1.7, part[3] = {i / 2 == 0, i / 2 == 1, i / 2 == 2};
         const kr_vec3 axis = v3(part[0], part[1], part[2]);
-        kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v_scale(size, axis));
+        kr_scene s = lagrange_top(2.0, 2.0, 0.0, q_one(), v_scale(size, axis));
         s.body.inertia = v3(moment[0], moment[1], moment[2]);
         const kr_exact closed = closed_form(&s);
         for (double t = -7.0; t < 1e4; t += 1234.5) {
@@ -162,7 +144,7 @@ static void test_principal_axis(void)
  * choice of the axis. */
 static void test_near_principal_axis(void)
 {
-    kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v3(1.0, 1e-75, 1e-75));
+    kr_scene s = lagrange_top(2.0, 2.0, 0.0, q_one(), v3(1.0, 1e-75, 1e-75));
     s.body.inertia = v3(2.0, 3.0, 4.5);
     const kr_exact closed = closed_form(&s);
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
@@ -173,7 +155,7 @@ static void test_smallest_motion(void)
     for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)
         for (int i = 0; i < 2; i++) {
             const double push = i ? 1e-75 : 1e-60;
-            kr_scene s = top_of(2.0, 1.0, 1.0, q_one(), v3(push * unit, 0.0, 3.0 * unit));
+            kr_scene s = lagrange_top(2.0, 1.0, 1.0, q_one(), v3(push * unit, 0.0, 3.0 * unit));
             kr_exact closed;
             s.body.inertia = v_scale(unit, s.body.inertia);
             s.body.mass *= unit;
@@ -188,7 +170,7 @@ static void test_top_at_rest(void)
     for (int i = 0; i < 8; i++) {
         const double m = critical * (i % 4) * 0.5, lever = i < 4 ? 5.0 : -5.0;
         const kr_quat q = i % 2 ? q4(0.6, v3(0, 0, 0.8)) : q4(0.0, v3(0.6, -0.8, 0.0));
-        const kr_scene s = top_of(i1, i3, lever, q, v3(0, 0, m));
+        const kr_scene s = lagrange_top(i1, i3, lever, q, v3(0, 0, m));
         const kr_exact closed = closed_form(&s);
         const kr_state e = kr_exact_state(&closed, 7.0);
         NEAR(kr_attitude_error(e.q, q_mul(q_exp(v3(0, 0, m / i3 * 7.0)), q)), 0.0, 1e-14);
@@ -196,7 +178,7 @@ static void test_top_at_rest(void)
            closed.precession == 0.0);
         NEAR(closed.spin, (i % 2 ? m : -m) / i3, 1e-15 * m);
     }
-    kr_scene s = top_of(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
+    kr_scene s = lagrange_top(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
     kr_exact closed = closed_form(&s);
     NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 1e-15);
     s.start.m = v3(0.0, 3.0, 0.0), closed = closed_form(&s);
@@ -205,7 +187,7 @@ static void test_top_at_rest(void)
         0.0, 2e-15);
     NEAR(closed.precession, 1.5, 1e-15);
     /* hangs at rest */
-    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), closed = closed_form(&s);
+    s = lagrange_top(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), closed = closed_form(&s);
     NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 0.0);
     IS(isnan(kr_exact_state(&closed, NAN).q.w) && isnan(kr_exact_state(&closed, INFINITY).q.w));
 }
@@ -243,7 +225,7 @@ static void test_frames(void)
 {
     const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
                                q4(0.6, v3(0.0, 0.8, 0.0))};
-    const kr_scene s = top_of(2.0, 1.5, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
+    const kr_scene s = lagrange_top(2.0, 1.5, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
     const kr_exact plain = closed_form(&s);
     for (int i = 0; i < 5; i++) {
         kr_scene other = s;
@@ -263,7 +245,7 @@ static void test_frames(void)
         b.q = q_mul(b.q, turn);
         NEAR(relative_distance(a, b), 0.0, i == 2 ? 1e-10 : 3e-15); /* i = 2: its q is rounded */
     }
-    kr_scene ball = top_of(2.0, 2.0, 13.0, q_one(), v3(1, 2, 3)), tilted = ball;
+    kr_scene ball = lagrange_top(2.0, 2.0, 13.0, q_one(), v3(1, 2, 3)), tilted = ball;
     tilted.body.com = v3(3, 4, 12);
     tilted.start.q = q_conj(q_tilt(v3(3.0 / 13, 4.0 / 13, 12.0 / 13)));
     const kr_exact a = closed_form(&ball), b = closed_form(&tilted);
@@ -276,7 +258,7 @@ static void test_frames(void)
 static void test_far_frames_of_a_ball(void)
 {
     const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
-    const kr_scene upright = top_of(2.0, 2.0, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
+    const kr_scene upright = lagrange_top(2.0, 2.0, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
     kr_scene lying = upright;
     lying.body.com = v3(3.0, 0.0, 0.0);
     lying.start.q = q_mul(upright.start.q, q_conj(cycle));

@@ -133,8 +133,7 @@ static void spoil(kr_scene *s, int number)
 }
 static kr_scene any_scene(int number)
 {
-    kr_scene s = {symmetric(), 1.0, {0.0, random_quat(), {0, 0, 0}}, {0, 0, 0}, {0, 0, 0},
-                  {0, 0, 0},   0.0};
+    kr_scene s = {.body = symmetric(), .gravity = 1.0, .start = {0.0, random_quat(), {0, 0, 0}}};
     choose_course(&s, number);
     if (number % 3 == 0) choose_body(&s, number / 3);
     if (number % 7 == 0) s.gravity = -of_any_size(-3, 3);
@@ -160,8 +159,7 @@ static int curve_of(const kr_scene *s)
  * decide which is used, so lanes of one group need both. */
 static void at_the_change(kr_scene *out, int n)
 {
-    kr_scene s = {symmetric(), 1.0, {0.0, random_quat(), {0, 0, 0}}, {0, 0, 0}, {0, 0, 0},
-                  {0, 0, 0},   0.0};
+    kr_scene s = {.body = symmetric(), .gravity = 1.0, .start = {0.0, random_quat(), {0, 0, 0}}};
     const kr_vec3 from = random_vec(3.0);
     double least = 1.0, most;
     int curve;

@@ -4,17 +4,6 @@
 #include "model/scene.h"
 #include "tops.h"
 
-static kr_scene top_of(double lever, kr_quat q, kr_vec3 m)
-{
-    const kr_scene s = {{1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, lever}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
-                        1.0,
-                        {0.0, q, m},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
-    return s;
-}
 static kr_turning turning_of(const kr_scene *s)
 {
     kr_turning r = {0};
@@ -27,9 +16,10 @@ static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without
  * point. */
 static void test_separatrix(void)
 {
-    const kr_scene tops[] = {top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(2.0, 0.0, 0.0)),
-                             top_of(2.0, level, v3(0.0, -2.0, 0.0)),
-                             top_of(2.0, level, v3(0.0, 2.0, 0.0))};
+    const kr_scene tops[] = {
+        lagrange_top(1.0, 0.5, 1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(2.0, 0.0, 0.0)),
+        lagrange_top(1.0, 0.5, 2.0, level, v3(0.0, -2.0, 0.0)),
+        lagrange_top(1.0, 0.5, 2.0, level, v3(0.0, 2.0, 0.0))};
     for (int i = 0; i < 3; i++) {
         const kr_turning r = turning_of(&tops[i]);
         const double rate = i == 0 ? 1.0 : sqrt(2.0), aside = log(1.0 + sqrt(2.0)) / rate,
@@ -54,9 +44,10 @@ static void test_separatrix(void)
 static void test_courses_at_poles(void)
 {
     const kr_quat low = q4(1e-13, v3(1.0, 0.0, 0.0));
-    const kr_scene hanging = top_of(1.0, low, v3(0.0, 0.0, 0.0)),
-                   through = top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(0.5, -0.25, 1.0)),
-                   over = top_of(1.0, q_one(), v3(0.5, -0.25, 1.0));
+    const kr_scene hanging = lagrange_top(1.0, 0.5, 1.0, low, v3(0.0, 0.0, 0.0)),
+                   through =
+                       lagrange_top(1.0, 0.5, 1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(0.5, -0.25, 1.0)),
+                   over = lagrange_top(1.0, 0.5, 1.0, q_one(), v3(0.5, -0.25, 1.0));
     IS(strcmp(turning_of(&hanging).motion_type, "hanging") == 0);
     IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
     IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
@@ -67,7 +58,7 @@ static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
     for (int i = 0; i < 4; i++) {
-        kr_scene s = top_of(1.0, level, m[i]);
+        kr_scene s = lagrange_top(1.0, 0.5, 1.0, level, m[i]);
         const kr_config config = {.step = 0.5};
         kr_exact_map map;
         s.gravity = 0.0;
@@ -85,7 +76,8 @@ static void test_far_map_steps(void)
     for (int i = 0; i < 600; i++) {
         const double spin = 0.5 * (i % 10) - 2.0;
         const kr_scene s =
-            top_of(i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.002 * i, -0.4, 0.3)), v3(0.5, -0.25, spin));
+            lagrange_top(1.0, 0.5, i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.002 * i, -0.4, 0.3)),
+                         v3(0.5, -0.25, spin));
         const kr_config config = {.step = 0.25 * (1 + i / 20)};
         kr_exact_map map;
         if (kr_exact_map_plan(&s, config.step, &map) != KR_OK) continue;
@@ -102,7 +94,7 @@ static void test_axis_in_any_order(void)
     for (int i = 0; i < 6; i++) {
         const int k = i % 3;
         const double lone = i < 3 ? 0.5 : 1.5;
-        kr_scene s = top_of(1.0, q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.25, 1.0));
+        kr_scene s = lagrange_top(1.0, 0.5, 1.0, q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.25, 1.0));
         kr_exact exact = {0};
         s.body.inertia = v3(k == 0 ? lone : 1.0, k == 1 ? lone : 1.0, k == 2 ? lone : 1.0);
         s.body.com = v3(k == 0, k == 1, k == 2);
@@ -169,14 +161,14 @@ static void test_sphere_up_to_rounding(void)
 static void test_units(void)
 {
     kr_turning r;
-    kr_scene s = top_of(1.0, level, v3(0.0, 0.0, 0.0));
+    kr_scene s = lagrange_top(1.0, 0.5, 1.0, level, v3(0.0, 0.0, 0.0));
     kr_exact exact = {0};
     s.body.inertia = v3(1e-310, 1e-310, 1e-310);
     IS(kr_exact_turning(&s, &r) == KR_ERR_ARGUMENT);
     s.body.inertia = v3(1e-300, 1e-300, 1e-300);
     s.gravity = 0.0, s.start.m = v3(0.0, 0.0, 1e-315);
     IS(kr_exact_turning(&s, &r) == KR_ERR_ARGUMENT);
-    s = top_of(0.5, level, v3(0.5, -0.25, 1.0));
+    s = lagrange_top(1.0, 0.5, 0.5, level, v3(0.5, -0.25, 1.0));
     s.gravity = 0.0, s.body.inertia = v3(1.0, 1.0, 1.0), s.body.com.x = 0.25;
     IS(kr_exact_plan(&s, &exact) == KR_OK);
     const kr_state end = kr_exact_state(&exact, 3.0);
@@ -187,7 +179,7 @@ static void test_boundary_values(void)
 {
     const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;
     const kr_swing slow = {0x1p-1000, 0x1p1000, 0.75 * 0x1p-20};
-    kr_scene s = top_of(0.5, q_one(), v3(0.5, -0.25, 1.0));
+    kr_scene s = lagrange_top(1.0, 0.5, 0.5, q_one(), v3(0.5, -0.25, 1.0));
     int power;
     s.body.inertia = v3(x, y, 0.6 * x);
     s.body.com = v3(0.25, 0.0, 0.25);

@@ -78,9 +78,8 @@ static void test_map_states(void)
         const kr_scene s = scene(i / 4);
         const kr_config config = {.step = steps[i % 4]};
         kr_exact_map closed;
-        kr_top *top = NULL;
         IS(kr_exact_map_plan(&s, config.step, &closed) == KR_OK);
-        IS(kr_top_create(&s, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
+        kr_top *top = make(&s, kr_method_find("bobenko_suris"), config);
         for (int k = 0; k <= 100; k += k < 5 ? 1 : 19) {
             IS(kr_top_advance(top, k * config.step) == KR_OK);
             const kr_state a = kr_top_state(top), b = kr_exact_map_state(&closed, k);

@@ -154,13 +154,9 @@ static void test_tiny_steps(void)
  * rounding. */
 static void test_smallest_numbers(void)
 {
-    kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
-                     0.0,
-                     {0.0, {1, 0, 0, 0}, {0, 0, 0}},
-                     {0, 0, 0},
-                     {0, 0, 0},
-                     {0, 0, 0},
-                     0.0};
+    kr_scene free = {
+        .body = {.mass = 1.0, .inertia = {1.0, 1.5, 2.0}, .com = {0, 0, 0}, .axes = {1, 0, 0, 0}},
+        .start = {0.0, {1, 0, 0, 0}, {0, 0, 0}}};
     for (int power = -40; power > -1070; power -= 29) {
         kr_scene s = tilted();
         const double little = ldexp(1.0, power);

@@ -193,14 +193,12 @@ static int count_calls(void *context)
 static kr_scene loose_scene(void)
 {
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
-    const kr_scene s = {
-        {1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}, 0, {0, 0, 0}},
-        random_bits() % 2 ? 1.0 : 0.0,
-        {0.0, {1, 0, 0, 0}, random_vec(3.0)},
-        {0.0, 0.0, 0.0},
-        {0, 0, 0},
-        {0, 0, 0},
-        0.0};
+    const kr_scene s = {.body = {.mass = 1.0,
+                                 .inertia = {a.y + a.z, a.z + a.x, a.x + a.y},
+                                 .com = random_vec(1.0),
+                                 .axes = {1, 0, 0, 0}},
+                        .gravity = random_bits() % 2 ? 1.0 : 0.0,
+                        .start = {0.0, {1, 0, 0, 0}, random_vec(3.0)}};
     return s;
 }
 /* With a loose tolerance a step may be accepted although the side motion within it does not reach
@@ -290,13 +288,12 @@ static void test_counts(void)
 /* An attitude of length zero is refused, although the motion computed from it would look valid. */
 static void test_zero_attitude(void)
 {
-    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
-                        1.0,
-                        {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
+    const kr_scene s = {.body = {.mass = 0.5,
+                                 .inertia = {0.25, 0.25, 0x1p-12},
+                                 .com = {0, 0, -0.5},
+                                 .axes = {1, 0, 0, 0}},
+                        .gravity = 1.0,
+                        .start = {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}}};
     const kr_config config = {.step = 1.3e-3};
     kr_top *top = make(&s, kr_method_find("rk4"), config);
     kr_status status = KR_OK;
@@ -332,8 +329,7 @@ static void test_refusals_between_steps(void)
 
 static kr_worker *exactly(kr_config config)
 {
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(kr_method_find("exact"), config, 0, NULL, &worker) == KR_OK);
+    kr_worker *worker = make_worker(kr_method_find("exact"), config);
     return worker;
 }
 /* Many states of closed forms are computed in pieces, and a run can be stopped between two

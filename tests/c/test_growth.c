@@ -15,9 +15,7 @@ typedef struct {
 static kr_worker *worker_with(uint64_t tangents, int64_t max_steps)
 {
     const kr_config config = {.tangents = tangents, .skip_heading = 1, .max_steps = max_steps};
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK && worker);
-    return worker;
+    return make_worker(taylor(), config);
 }
 static void run(kr_worker *worker, const kr_scene *scenes, size_t n, came *to)
 {

@@ -7,10 +7,9 @@
 
 enum { TOPS = 50 };
 
-static kr_scene scene_for(const kr_method *method)
+static kr_scene random_scene_for(const kr_method *method)
 {
-    kr_scene s = tilted();
-    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
+    kr_scene s = scene_for(method);
     s.start.m = v_scale(ldexp(1.0, (int)uniform(-30, 30)), random_vec(1.0));
     return s;
 }
@@ -25,7 +24,7 @@ static void horizon_of(const kr_scene *s)
 }
 static void test_refusals(const kr_method *method)
 {
-    kr_scene s = scene_for(method);
+    kr_scene s = random_scene_for(method);
     const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
     const double far[] = {horizon, 2.0 * horizon, DBL_MAX, INFINITY, NAN};
     const int dense = (kr_method_flags(method) & KR_METHOD_DENSE) != 0;

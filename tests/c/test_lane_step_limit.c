@@ -22,7 +22,6 @@ static void test_fall(int about, int middle, int lever)
 {
     const kr_scene s = thin(about, middle, lever);
     const double t = 66.0; /* about 46 times the time in which the tilt grows by a factor e */
-    kr_worker *worker = NULL;
     kr_state many;
     kr_outcome outcome;
     const kr_tops tops = {
@@ -31,7 +30,7 @@ static void test_fall(int about, int middle, int lever)
     IS(kr_state_apex(&s, &s.start).z > 1.0 - 1e-15);
     IS(kr_state_apex(&s, &truly).z < 0.9);
     NEAR(distance(state_at(t, &s, taylor(), (kr_config){0}), truly), 0.0, 1e-7);
-    IS(kr_worker_create(taylor(), (kr_config){0}, 0, NULL, &worker) == KR_OK);
+    kr_worker *worker = make_worker(taylor(), (kr_config){0});
     IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
     NEAR(distance(many, truly), 0.0, 1e-7);
     kr_worker_free(worker);

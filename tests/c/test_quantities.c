@@ -1,28 +1,18 @@
 /* Quantities: their table, definitions, Euler angles and components. */
 #include <string.h>
 #include "model/quantities.h"
-#include "math/su2.h"
 #include "check.h"
+#include "random.h"
 
 static const double pi = 3.14159265358979323846;
-static uint64_t seed = 1;
-static double uniform(double low, double high) /* splitmix64 */
-{
-    uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return low + (high - low) * (double)((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
-}
-static kr_vec3 random_vec(void) { return v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)); }
-static kr_quat random_quat(void) { return q_unit(q4(uniform(-1, 1), random_vec())); }
 /* Returns a random top in a random state. */
-static kr_scene random_scene(void)
+static kr_scene random_top(void)
 {
     const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
     kr_scene s = kr_scene_default();
-    IS(kr_body_from_tensor(1.3, inertia, random_vec(), &s.body) == KR_OK);
+    IS(kr_body_from_tensor(1.3, inertia, random_vec(1.0), &s.body) == KR_OK);
     s.start.q = random_quat();
-    s.start.m = random_vec();
+    s.start.m = random_vec(1.0);
     s.gravity = uniform(-3, 3);
     return s;
 }
@@ -62,10 +52,10 @@ static void test_table(void)
 static void test_rows(void)
 {
     enum { STATES = 5 };
-    const kr_scene s = random_scene();
+    const kr_scene s = random_top();
     kr_state states[STATES];
     for (int k = 0; k < STATES; k++) {
-        const kr_state state = {k, random_quat(), random_vec()};
+        const kr_state state = {k, random_quat(), random_vec(1.0)};
         states[k] = state;
     }
     for (size_t i = 0; i < kr_quantity_count(); i++) {
@@ -81,7 +71,7 @@ static void test_rows(void)
 static void test_definitions(void)
 {
     for (int i = 0; i < 200; i++) {
-        const kr_scene s = random_scene();
+        const kr_scene s = random_top();
         const kr_state *start = &s.start;
         const kr_vec3 velocity = kr_state_velocity(&s, start), apex = kr_state_apex(&s, start);
         double q[4], frame[9];
@@ -109,7 +99,7 @@ static void test_flags(void)
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
         const size_t n = kr_quantity_doubles(quantity);
-        kr_scene s = random_scene();
+        kr_scene s = random_top();
         double before[KR_QUANTITY_DOUBLES_MAX], after[KR_QUANTITY_DOUBLES_MAX], change = 0.0;
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         const kr_quat turn = about(v3(0, 0, 1), 0.9);
@@ -156,7 +146,7 @@ static kr_quat tilt_to(kr_vec3 a)
 static void test_eulers_angles(void)
 {
     for (int i = 0; i < 2000; i++) {
-        const kr_scene s = random_scene();
+        const kr_scene s = random_top();
         const double precession = value("precession_angle", &s), nutation = value("nutation", &s),
                      spin = value("spin_angle", &s);
         const kr_vec3 apex = kr_state_apex(&s, &s.start), described = q_turn_back(s.start.q, apex);
@@ -174,7 +164,7 @@ static void test_eulers_angles(void)
  * of the first. */
 static void test_rates(void)
 {
-    kr_scene s = random_scene();
+    kr_scene s = random_top();
     const double h = 1e-4;
     const kr_config config = {.digits = 16};
     kr_scene before = s, after = s;
@@ -232,7 +222,7 @@ static void test_components(void)
     static const char *const none[] = {"",         "q",       "q_v",        "apex_w",
                                        "spin_x",   "energy",  "vertical_x", "velocity_x",
                                        "frame_Nx", "apex_zz", "11"};
-    const kr_scene s = random_scene();
+    const kr_scene s = random_top();
     IS(kr_component_find("1") == KR_COMPONENT_ONE &&
        kr_component_value(KR_COMPONENT_ONE, &s, &s.start) == 1.0);
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) IS(kr_component_find(none[i]) == -1);
@@ -255,7 +245,7 @@ static void test_components(void)
 /* A body that is supported at its centre of mass also has an apex: its third axis. */
 static void test_apex_without_a_lever(void)
 {
-    kr_scene s = random_scene();
+    kr_scene s = random_top();
     kr_vec3 frame[3];
     s.body.com = v3(0.0, 0.0, 0.0);
     kr_state_frame(&s, &s.start, frame);
@@ -266,7 +256,7 @@ static void test_apex_without_a_lever(void)
  * from the energy by terms of the orders step and step^2. */
 static void test_modified_energies(void)
 {
-    kr_scene s = random_scene();
+    kr_scene s = random_top();
     IS(kr_body_symmetric(1.3, 2.1, 0.9, 0.7, &s.body) == KR_OK);
     const double energy = kr_state_energy(&s, &s.start), h = 1e-3;
     const double first = kr_state_modified_energy(&s, &s.start, h) - energy,
@@ -339,7 +329,7 @@ int main(void)
     test_apex_without_a_lever();
     test_modified_energies();
     for (int i = 0; i < 50; i++) {
-        kr_scene s = random_scene();
+        kr_scene s = random_top();
         s.damping = v3(uniform(0.1, 0.5), uniform(0.1, 0.5), uniform(0.1, 0.5));
         test_derivatives(&s);
         s.body.rotor = v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));

@@ -5,12 +5,6 @@
 
 enum { STARTS = 12, TIMES = 4, MOST = 1 << 15 };
 
-static kr_scene scene_for(const kr_method *method)
-{
-    kr_scene s = tilted();
-    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
-    return s;
-}
 /* Returns a start with a momentum of any size, so that the internal units differ. */
 static kr_state random_start(const kr_scene *s)
 {

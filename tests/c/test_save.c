@@ -11,12 +11,6 @@ enum { BEFORE = 7, AFTER = 6, MOST = 1 << 15 };
 static const double times[BEFORE + AFTER] = {0.5,   0.75, 0.8,   2.3,  9.99,   10.0, 10.01,
                                              10.01, 10.3, 12.75, 20.0, 20.003, 77.7};
 
-static kr_scene scene_for(const kr_method *method)
-{
-    kr_scene s = tilted();
-    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
-    return s;
-}
 static kr_config config_for(const kr_method *method, double sign, int digits)
 {
     const int adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;

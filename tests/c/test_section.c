@@ -44,15 +44,9 @@ static kr_tops all_of(cut *c, size_t n)
     memset(c->outcomes, 0, sizeof c->outcomes);
     return tops;
 }
-static kr_worker *made(kr_config config)
-{
-    kr_worker *worker = NULL;
-    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK && worker);
-    return worker;
-}
 static void run(cut *c, size_t n, const kr_event *event, kr_config config)
 {
-    kr_worker *worker = made(config);
+    kr_worker *worker = make_worker(taylor(), config);
     const kr_tops tops = all_of(c, n);
     IS(kr_worker_section(worker, event, &tops) == KR_OK);
     kr_worker_free(worker);
@@ -142,7 +136,7 @@ static void test_instruction_sets(const kr_event *event)
     random_tops(&c, 40.0);
     d = c;
     run(&c, TOPS, event, (kr_config){0});
-    kr_worker *worker = made((kr_config){0});
+    kr_worker *worker = make_worker(taylor(), (kr_config){0});
     for (int i = 0; kr_lanes_isa_at(i); i++) {
         const kr_lanes_isa *isa = kr_lanes_isa_at(i);
         const int is_fused = strcmp(isa->name, "base") != 0;
@@ -195,7 +189,7 @@ static void test_outcomes(const kr_event *event)
 static void test_common_wait(const kr_event *event)
 {
     cut own, all, none;
-    kr_worker *worker = made((kr_config){0});
+    kr_worker *worker = make_worker(taylor(), (kr_config){0});
     random_tops(&own, 40.0);
     for (int i = 0; i < TOPS; i++) own.wait[i] = 40.0;
     none = all = own;
@@ -220,7 +214,7 @@ static void test_interruption(const kr_event *event)
     cut c, d;
     random_tops(&c, 40.0);
     d = c;
-    kr_worker *worker = made((kr_config){.poll = stop_at, .context = &left});
+    kr_worker *worker = make_worker(taylor(), (kr_config){.poll = stop_at, .context = &left});
     left = 40;
     kr_tops tops = all_of(&c, TOPS);
     IS(kr_worker_section(worker, event, &tops) == KR_ERR_INTERRUPTED);
@@ -241,7 +235,8 @@ static void test_refusals(const kr_event *good)
 {
     cut c;
     const kr_config tangent = {.tangents = KR_TANGENT_GROWTH};
-    kr_worker *worker = made((kr_config){0}), *other = NULL, *level = NULL, *grows = NULL;
+    kr_worker *worker = make_worker(taylor(), (kr_config){0}), *other = NULL, *level = NULL,
+              *grows = NULL;
     random_tops(&c, 40.0);
     const kr_tops tops = all_of(&c, 2);
     kr_event none = *good, bare = *good, aslant = *good, turning = *good;

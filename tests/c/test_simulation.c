@@ -34,11 +34,10 @@ static void test_states(void)
 {
     const kr_scene scene = kr_scene_default();
     const kr_config config = {.step = 0.07};
-    kr_top *top = NULL;
     kr_state alone;
     set(&stage, step1, step2);
     IS(kr_simulation_advance(&stage, 7000000, INT64_MAX) == 7000000);
-    IS(kr_top_create(&scene, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
+    kr_top *top = make(&scene, kr_method_find("bobenko_suris"), config);
     IS(kr_top_advance(top, 100 * 0.07) == KR_OK);
     alone = kr_top_state(top);
     IS(same(alone, stage.slots[1].now));
@@ -58,8 +57,7 @@ static void test_restarts(void)
     IS(kr_simulation_add(&stage, &scene, kr_method_find("taylor"), 200000, 0.0, 0) == KR_OK);
     kr_simulation_advance(&stage, 4000000, INT64_MAX);
     for (int k = 1; k <= 20; k++) {
-        kr_top *top = NULL;
-        IS(kr_top_create(&scene, extrap, config, &top) == KR_OK);
+        kr_top *top = make(&scene, extrap, config);
         IS(kr_top_advance(top, k * 0.2) == KR_OK);
         scene.start = kr_top_state(top);
         kr_top_free(top);
@@ -198,9 +196,8 @@ static void test_track(void)
 {
     const kr_scene scene = kr_scene_default();
     static kr_state track[51];
-    kr_top *top = NULL;
     const kr_config config = {.step = 0.1};
-    IS(kr_top_create(&scene, kr_method_find("strang"), config, &top) == KR_OK);
+    kr_top *top = make(&scene, kr_method_find("strang"), config);
     track[0] = scene.start;
     for (int k = 1; k <= 50; k++) {
         IS(kr_top_step(top) == KR_OK);

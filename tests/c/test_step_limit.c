@@ -8,18 +8,12 @@ enum { TOPS = 40, STEPS = 12 };
 static kr_scene fast_scene(void)
 {
     const double spin = pow(10.0, uniform(1.0, 4.0)), tilt = uniform(0.0, 1.5);
-    kr_scene s = {{1.0,
-                   {1.0, 1.0, uniform(0.2, 1.9)},
-                   {0.0, 0.0, uniform(0.0, 1.0)},
-                   {1, 0, 0, 0},
-                   0,
-                   {0, 0, 0}},
-                  1.0,
-                  {0.0, q_exp(v3(tilt, 0.0, 0.0)), {0.0, 0.0, 0.0}},
-                  {0.0, 0.0, 0.0},
-                  {0, 0, 0},
-                  {0, 0, 0},
-                  0.0};
+    kr_scene s = {.body = {.mass = 1.0,
+                           .inertia = {1.0, 1.0, uniform(0.2, 1.9)},
+                           .com = {0.0, 0.0, uniform(0.0, 1.0)},
+                           .axes = {1, 0, 0, 0}},
+                  .gravity = 1.0,
+                  .start = {0.0, q_exp(v3(tilt, 0.0, 0.0)), {0.0, 0.0, 0.0}}};
     s.start.m = v_axpy(spin, q_axis(s.start.q), random_vec(spin * pow(10.0, uniform(-6.0, 0.0))));
     return s;
 }

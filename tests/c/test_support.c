@@ -288,12 +288,11 @@ static void test_workers(void)
     kr_scene s[3] = {moved(TURNING), moved(SHAKING), moved(0)};
     kr_state states[6];
     kr_outcome outcomes[3];
-    kr_worker *worker = NULL;
     const kr_tops tops = {
         .n = 3, .scenes = s, .times = 2, .t = t, .states = states, .outcomes = outcomes};
     kr_config config = {.tangents = KR_TANGENT_GROWTH};
     s[2].friction = 0.25;
-    IS(kr_worker_create(NULL, kr_config_default(), 0, NULL, &worker) == KR_OK);
+    kr_worker *worker = make_worker(NULL, kr_config_default());
     IS(kr_worker_run(worker, &tops) == KR_OK);
     for (int i = 0; i < 3; i++)
         IS(same(states[2 * i + 1], state_at(2.0, &s[i], taylor(), kr_config_default())));

@@ -100,13 +100,10 @@ static void test_single_kernels(void)
 static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q,
                           kr_vec3 body_momentum)
 {
-    const kr_scene s = {{mass, inertia, com, {1, 0, 0, 0}, 0, {0, 0, 0}},
-                        g,
-                        {0, q_unit(q), q_turn(q_unit(q), body_momentum)},
-                        {0.0, 0.0, 0.0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
+    const kr_scene s = {
+        .body = {.mass = mass, .inertia = inertia, .com = com, .axes = {1, 0, 0, 0}},
+        .gravity = g,
+        .start = {0, q_unit(q), q_turn(q_unit(q), body_momentum)}};
     return s;
 }
 static void test_references(void)

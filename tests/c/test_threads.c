@@ -14,12 +14,6 @@ enum {
 };
 static const kr_term height = {1.0, 0, 0};
 
-static kr_scene scene_for(const kr_method *method)
-{
-    kr_scene s = tilted();
-    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
-    return s;
-}
 static kr_top *top_of(const kr_method *method, kr_config config)
 {
     const kr_scene s = scene_for(method);

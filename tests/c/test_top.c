@@ -96,11 +96,10 @@ static void test_limits(void)
     kr_state out[MANY];
     double t[MANY];
     size_t done = 0;
-    kr_top *top = NULL;
     int left = 1;
     kr_config config = {.step = 0.01, .max_steps = 300};
     for (int i = 0; i < MANY; i++) t[i] = i * 0.01;
-    IS(kr_top_create(&s, rk4, config, &top) == KR_OK);
+    kr_top *top = make(&s, rk4, config);
     IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_LIMIT && done == 301 &&
        kr_top_stats(top).steps == 300);
     IS(same(kr_top_state(top), out[300]) && kr_top_advance(top, 7.0) == KR_ERR_LIMIT &&

@@ -6,13 +6,12 @@
 
 static kr_scene top_of(double height, double gravity, kr_quat q, kr_vec3 m)
 {
-    const kr_scene s = {{1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, height}, {1, 0, 0, 0}, 0.0, {0, 0, 0}},
-                        gravity,
-                        {2.0, q, m},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        {0, 0, 0},
-                        0.0};
+    const kr_scene s = {.body = {.mass = 1.0,
+                                 .inertia = {1.0, 1.0, 0.5},
+                                 .com = {0.0, 0.0, height},
+                                 .axes = {1, 0, 0, 0}},
+                        .gravity = gravity,
+                        .start = {2.0, q, m}};
     return s;
 }
 static kr_scene random_top(int number)

@@ -30,20 +30,15 @@ static inline kr_body thesis_body(void)
 static inline kr_scene asymmetric(void)
 {
     const kr_scene s = {
-        {1.0,
-         {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
-         {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
-         {1, 0, 0, 0},
-         0,
-         {0, 0, 0}},
-        1.0,
-        {0.0,
-         {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1},
-         {0.172, -1.862, 1.46}},
-        {0.0, 0.0, 0.0},
-        {0, 0, 0},
-        {0, 0, 0},
-        0.0};
+        .body = {.mass = 1.0,
+                 .inertia = {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
+                 .com = {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
+                 .axes = {1, 0, 0, 0}},
+        .gravity = 1.0,
+        .start = {0.0,
+                  {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5,
+                   -0x1.59ebd9ae039eep-1},
+                  {0.172, -1.862, 1.46}}};
     return s;
 }
 /* Returns a body with three different moments, principal axes different from those of description,
@@ -56,12 +51,37 @@ static inline kr_body general_body(void)
     return body;
 }
 
+/* Returns a tilted top to which the method applies. */
+static inline kr_scene scene_for(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
+    return s;
+}
+/* Returns a Lagrange top of mass 1 with |gravity| = 1. */
+static inline kr_scene lagrange_top(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
+{
+    const kr_scene s = {.body = {.mass = 1.0,
+                                 .inertia = {i1, i1, i3},
+                                 .com = {0.0, 0.0, fabs(lever)},
+                                 .axes = {1, 0, 0, 0}},
+                        .gravity = lever < 0.0 ? -1.0 : 1.0,
+                        .start = {0.0, q, m}};
+    return s;
+}
+
 static inline const kr_method *taylor(void) { return kr_method_find("taylor"); }
 static inline kr_top *make(const kr_scene *s, const kr_method *method, kr_config config)
 {
     kr_top *top = NULL;
     IS(kr_top_create(s, method, config, &top) == KR_OK && top);
     return top;
+}
+static inline kr_worker *make_worker(const kr_method *method, kr_config config)
+{
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(method, config, 0, NULL, &worker) == KR_OK && worker);
+    return worker;
 }
 static inline kr_state state_at(double t, const kr_scene *s, const kr_method *method,
                                 kr_config config)

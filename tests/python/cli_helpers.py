@@ -13,6 +13,15 @@ def call(line, *more, code=0, given=None):
     return done.output
 
 
+def raising(error):
+    """Return a function that raises `error`, whatever its arguments."""
+
+    def fails(*_, **__):
+        raise error
+
+    return fails
+
+
 def join_lines(text):
     """Return `text` as one line."""
     return re.sub(r"\s+", " ", text)

@@ -13,7 +13,6 @@ NAMES = [
     "dzhanibekov",
 ]
 CUBOID = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
-THESIS = kr.Scene(CUBOID, momentum=(0.172, -1.862, 1.46))
 
 
 def path_of(scene, end=20.0, states=4001):

@@ -46,6 +46,23 @@ def test_bobenko_suris4_conserves_its_integrals(step, gravity):
     assert np.ptp(path.energy) > 1e-7 * size
 
 
+@pytest.mark.parametrize("step", [0.05, 0.1, 0.2])
+def test_bobenko_suris4_keeps_the_integrals_of_the_thesis_top(step):
+    top = kr.scenes.thesis.replace(attitude=TILT)
+    path = kr.solve(top, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
+    for values in path.modified_energy4(step), path.axial_momentum, path.vertical_momentum:
+        assert np.ptp(values) <= 1e-12 * np.abs(values).max()
+
+
+def test_the_energy_of_bobenko_suris4_has_no_trend():
+    """Check that the slope of the energy up to t = 1e6 is below three standard errors."""
+    top = kr.scenes.thesis.replace(attitude=TILT)
+    path = kr.solve(top, 1e6, method="bobenko_suris4", step=0.1, every=97)
+    means = [part.mean() for part in np.array_split(path.energy - path.energy[0], 100)]
+    (slope, _), covariance = np.polyfit(np.arange(100), means, 1, cov=True)
+    assert abs(slope) <= 3.0 * covariance[0, 0] ** 0.5
+
+
 @pytest.mark.parametrize("step, times", [(1 / 5, 140), (1 / 20, 2500), (1 / 160, 1e5)])
 def test_bobenko_suris4_is_more_accurate_than_bobenko_suris(step, times):
     top = kr.scenes.thesis

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines
+from cli_helpers import call, join_lines, raising
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
 from kreisel._options.times import CHUNK_SIZE
@@ -245,13 +245,6 @@ def test_unwrapped_angles_are_continuous_across_chunks():
 
 
 # Boundary values
-
-
-def raising(error):
-    def fails(*_, **__):
-        raise error
-
-    return fails
 
 
 @pytest.fixture

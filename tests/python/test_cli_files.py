@@ -7,7 +7,7 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines
+from cli_helpers import call, join_lines, raising
 from internals import cli, view
 
 KREISEL = [sys.executable, "-m", "kreisel"]
@@ -218,13 +218,6 @@ def test_invalid_checkpoints_are_reported_with_the_file_name_once(tmp_path):
 
 
 # Boundary values
-
-
-def raising(error):
-    def fails(*_, **__):
-        raise error
-
-    return fails
 
 
 def test_a_run_without_enough_memory_leaves_no_file(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines
+from cli_helpers import call, join_lines, raising
 from click.testing import CliRunner
 from internals import cli
 from kreisel._cli import outputs
@@ -249,13 +249,6 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
 
 
 # Boundary values
-
-
-def raising(error):
-    def fails(*_, **__):
-        raise error
-
-    return fails
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,28 @@
-"""Processes killed while they write, and full disks: existing files stay intact."""
+"""Processes killed while they write, and full disks: existing files stay intact.
+
+If the environment variable KREISEL_KILLS is 400, each writer is killed 400 times.
+"""
 
 import inspect
 import itertools
 import os
+import random
 import re
 import signal
 import subprocess
 import sys
 import textwrap
+import time
+from collections import Counter
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._sweep.store import open_store
 from toolbox import python
 
 END, CHUNK = 40.0, 100
+KILLS = int(os.environ.get("KREISEL_KILLS", 8))
 
 TOP = kr.scenes.asymmetric
 # Runs in a separate process for each writer. At the given moment of writing, the process is ended
@@ -129,6 +137,119 @@ def test_a_symbolic_link_stays_a_link(tmp_path):
     TOP.to_toml(link)
     assert link.is_symlink() and kr.Scene.from_toml(real) == TOP
     assert real.stat().st_mode & 0o777 == 0o640
+
+
+# Processes that save repeatedly are killed at a random moment. Each overwrites a file alternately
+# with two contents.
+
+OLD, WHOLE, TORN, STRANGE, ENDED = "old", "whole", "torn", "strange", "ended"
+LONGEST = 3.0  # longest delay before the kill, in multiples of the duration of a write
+KINDS = ["run", "path", "table", "scene", "page", "part"]
+
+
+def make_writers(folder):
+    """Return {name: (file, two functions that write it)} for all writers."""
+    top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
+    runs, paths, views = [], [], []
+    for scene in (top, other):
+        run = kr.start(scene, "strang", step=0.01)
+        paths.append(run.to(20.0, every=1))
+        runs.append(run)
+        views.append(kr.view(scene, open=False))
+    sweep = folder / "sweep"
+    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, folder=sweep, part_size=2, threads=1)
+    parts = open_store(sweep)
+    rows = [parts.read_part(i) for i in (0, 1)]
+    return {
+        "run": ("run", [run.save for run in runs]),
+        "path": ("path", [path.save for path in paths]),
+        "table": ("table.csv", [path.to_csv for path in paths]),
+        "scene": ("top.toml", [top.to_toml, other.to_toml]),
+        "page": ("page.html", [view.save for view in views]),
+        "part": (parts.file(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
+    }
+
+
+def write_contents(file, ways):
+    """Return the contents that a writer's two functions produce, and the longest time [s]."""
+    contents, longest = [], 0.0
+    for write in ways:
+        begin = time.perf_counter()
+        write(file)
+        longest = max(longest, time.perf_counter() - begin)
+        contents.append(file.read_bytes())
+    return contents, longest
+
+
+def kill_writer(file, ways, seconds):
+    """Run a writer in its own process and kill it after `seconds`.
+
+    Return True if the writer was still running.
+    """
+    told, tell = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            os.write(tell, b"begun")
+            for write in itertools.cycle(ways):
+                write(file)
+        finally:
+            os._exit(1)
+    os.read(told, 5)
+    time.sleep(seconds)
+    os.kill(child, signal.SIGKILL)
+    os.close(told)
+    os.close(tell)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+
+
+def inspect_file(file, contents):
+    """Return the state of a file, and remove the temporary files beside it."""
+    for name in filter(JUNK.fullmatch, os.listdir(file.parent)):
+        os.unlink(file.parent / name)
+    found = file.read_bytes() if file.is_file() else None
+    return OLD if found == OLD.encode() else WHOLE if found in contents else TORN
+
+
+def count_outcomes(file, ways, times, chance):
+    """Kill a writer `times` times, and count the states of its file.
+
+    Unexpected files, and writers that ended before they were killed, are counted too. A leftover
+    temporary file must have a reserved name.
+    """
+    contents, longest = write_contents(file, ways)
+    assert contents[0] != contents[1]
+    found, before = Counter(), set(os.listdir(file.parent))
+    for _ in range(times):
+        file.write_bytes(OLD.encode())
+        found[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
+        found[inspect_file(file, contents)] += 1
+        found[STRANGE] += set(os.listdir(file.parent)) != before
+    return found
+
+
+@pytest.fixture(scope="module")
+def writers(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("killed")
+    return {name: (folder / file, ways) for name, (file, ways) in make_writers(folder).items()}
+
+
+def test_no_writer_is_forgotten(writers):
+    assert list(writers) == KINDS
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_killed_writer_leaves_the_old_file_or_a_new_one(writers, kind):
+    found = count_outcomes(*writers[kind], KILLS, random.Random(kind))
+    assert found[OLD] + found[WHOLE] == KILLS
+    assert not found[TORN] + found[STRANGE] + found[ENDED]
+
+
+def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
+    ways = [lambda file, n=n: file.write_bytes(b"x" * n) for n in (1 << 24, (1 << 24) + 1)]
+    chance = random.Random(1)
+    tries = (count_outcomes(tmp_path / "file", ways, 12, chance) for _ in range(50))
+    assert any(found[TORN] for found in tries)
 
 
 # Boundary values

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
+from cli_helpers import raising
 from kreisel._plot import film as made
 from kreisel._plot import stage
 from matplotlib.figure import Figure
@@ -15,13 +16,6 @@ from PIL import Image
 
 TOP = kr.scenes.thesis
 PATH = kr.solve(TOP, [0.0, 255.0])
-
-
-def raising(error):
-    def fails(*_, **__):
-        raise error
-
-    return fails
 
 
 def test_a_film_can_be_saved(tmp_path):

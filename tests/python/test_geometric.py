@@ -12,6 +12,8 @@ import pytest
 from kreisel._solve import step_search
 from tops import unit
 
+from validation.references.problems import problem_of_scene
+
 THESIS = kr.scenes.thesis
 
 LAGRANGE, KOWALEWSKI, ASYMMETRIC = kr.scenes.thesis, kr.scenes.kowalewski, kr.scenes.asymmetric
@@ -213,13 +215,39 @@ def test_unsuitable_arguments_are_refused(words, message):
         kr.solve(LAGRANGE, 10, **{"method": "geometric", **words})
 
 
-def test_the_benchmark_meets_its_targets(capsys):
-    pytest.importorskip("heyoka")
-    from validation.benchmarks import geometric_methods
+def energy_drift(scene, end, method, step):
+    path = kr.solve(scene, end, method=method, step=step, every=1)
+    return np.abs(path.energy / path.energy[0] - 1.0).max()
 
-    assert geometric_methods.main(["accuracy", "integrals", "gni", "simo_wong"]) == 0
-    said = capsys.readouterr().out
-    assert said.count("PASS") == 23 and "MISSED" not in said
+
+def load_published(name):
+    """Return a published top in its principal axes, and the published figures."""
+    pytest.importorskip("heyoka")
+    from validation.parts.published import load_problems
+
+    (top,) = (top for top in load_problems() if top.name == name)
+    return problem_of_scene(name, top.scene).to_scene(), top.entry
+
+
+def test_energy_errors_of_suzuki4_are_those_of_a_published_table():
+    scene, entry = load_published("gni_asymmetric_heavy_top")
+    table = {float(h): error for h, error in entry["table"].items() if h != "what"}
+    for step, error in table.items():
+        assert energy_drift(scene, 1000, "suzuki4", step) == pytest.approx(error, rel=0.03)
+    errors = [energy_drift(scene, 1000, "kahan_li8", step) for step in table]
+    assert len(errors) == 5 and all(b <= a for a, b in itertools.pairwise(errors))
+
+
+@pytest.mark.parametrize(("order", "bound"), [(2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)])
+def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
+    """Check the best method of each order at the published step of 26 degrees."""
+    scene, _ = load_published("simo_wong_fast_top")
+    errors = [
+        energy_drift(scene, 10, name, np.radians(26) / 50.0)
+        for name, method in kr.methods.items()
+        if not method.adaptive and method.order == order and method.applies_to(scene.body)
+    ]
+    assert min(errors) <= bound
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():

@@ -7,7 +7,6 @@ that it imports, including imports inside functions.
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 from toolbox import ROOT
 
@@ -125,7 +124,3 @@ def circle(arrows):
     return next(
         (found for file in sorted(arrows) if file not in state if (found := visit(file))), []
     )
-
-
-def tree_of(file: Path):
-    return next((tree for tree in layers() if file.is_relative_to(ROOT / tree)), None)

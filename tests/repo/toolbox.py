@@ -96,10 +96,6 @@ def core_sources(csrc=CSRC):
     )
 
 
-def c_tests():
-    return sorted((ROOT / "tests").rglob("*.c"))
-
-
 @functools.cache
 def install_library(gsl="OFF"):
     """Install the library as a user would, and return the installation folder.

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..references.equations import (
     COEFFICIENTS,
+    CYCLE,
     build_general_system,
     compute_coefficients,
     product,
@@ -24,7 +25,6 @@ from ..references.equations import (
 )
 
 TOPS, SEED = 52, 36
-CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 LATE = {40: 1000.0, 41: -1000.0, 42: 1500.0, 43: -500.0, 44: 3000.0}
 
 
@@ -48,7 +48,7 @@ def draw_body(ratio, number, rng):
     The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
     equal axes or between them.
     """
-    unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
+    unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)
     com[list(odd[:2])] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)

@@ -108,11 +108,3 @@ def time_ratio(other, own, target):
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]
     return median(rounds), median(theirs), median(ours)
-
-
-def least_ratio(other, own, target):
-    """Return the ratio of the shortest times of `other` and `own` over the rounds.
-
-    The result is nan if one of the two programs does not reach the error.
-    """
-    return min(seconds_at(target, other)) / min(seconds_at(target, own))

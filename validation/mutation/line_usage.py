@@ -1,15 +1,16 @@
-"""The lines of the package that each test runs, and the duration of each test.
+"""The lines of the package that each test runs, and the duration of each test module.
 
-Each test module is measured separately, with the running test as coverage context. The results are
-stored beside the copies of the tree. The results are valid until the test module, or a file that it
-may use, changes.
+Each test module is measured separately, with the running test as coverage context. All parameter
+sets of a test share one context, and fixtures run without a context. The results are stored beside
+the copies of the tree. The results are valid until the test module, or a file that it may use,
+changes.
 """
 
 import hashlib
 import json
 import os
-import shutil
 import sys
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,7 @@ from coverage import CoverageData
 
 from .sandbox import TrialError, run_with_limits
 
-PLUGIN = Path(__file__).with_name("pytest_contexts.py")
+SETTINGS = "[run]\nsource = python\npatch = subprocess\ndynamic_context = test_function\n"
 SET_UP = ""  # the context of code that runs outside tests: imports, fixtures, other processes
 
 
@@ -30,26 +31,24 @@ class ModuleUsage:
     module: str
     text: str  # a digest
     seconds: float
-    tests: dict  # name -> duration [s]
-    lines: dict  # source -> context -> lines
+    lines: dict  # source -> test, or SET_UP -> lines
 
     @cached_property
     def line_counts(self):
         """The number of lines that each test runs."""
-        files = self.lines.values()
-        return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
+        counts = Counter()
+        for tests in self.lines.values():
+            counts.update({test: len(lines) for test, lines in tests.items()})
+        return counts
 
     def rank_tests(self, file, lines):
-        """Return the tests that run at least one of `lines`, each with its cost.
+        """Return the tests that run at least one of `lines`, each after its number of lines.
 
-        The cost grows with the duration of the test and with the number of lines that it runs. A
-        test that runs few lines checks them more closely.
+        A test that runs few lines checks them more closely.
         """
-        of = self.lines.get(file, {})
-        asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]
-        return [
-            (self.tests[test] * self.line_counts[test], self.tests[test], test) for test in asked
-        ]
+        tests = self.lines.get(file, {}).items()
+        used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
+        return [(self.line_counts[test], self.module, test) for test in used]
 
     def is_used_in_setup(self, file, lines):
         return not lines.isdisjoint(self.lines.get(file, {}).get(SET_UP, ()))
@@ -58,7 +57,7 @@ class ModuleUsage:
 def measure_usage(root, modules, folder):
     """Return the usage of each test module, measured in parallel on all processors."""
     folder.mkdir(parents=True, exist_ok=True)
-    shutil.copy(PLUGIN, root / "site")
+    (root / "site/coverage.ini").write_text(SETTINGS)
     texts = compute_digests(root, modules)
 
     def load_or_measure(module):
@@ -89,22 +88,20 @@ def measure_module(root, module):
     data.mkdir(parents=True)
     where = f"--data-file={data / 'data'}"
     coverage = [sys.executable, "-m", "coverage"]
-    how = ("-x", "-q", "-p", "no:cacheprovider", "-p", PLUGIN.stem)
-    tests = ["-m", "pytest", *how, "--times-of-tests", data / "times.json", module]
-    done = run_with_limits([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
+    tests = ["--rcfile=site/coverage.ini", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
+    done = run_with_limits([*coverage, "run", where, *tests, module], root, 900, 3600)
     if done.status:
         raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
     run_with_limits([*coverage, "combine", "-q", where, data], root, 300, 900)
     return {
         "module": module,
         "seconds": done.seconds,
-        "tests": json.loads((data / "times.json").read_text()),
-        "lines": read_lines(data / "data", root),
+        "lines": read_lines(data / "data", root, module),
     }
 
 
-def read_lines(file, root):
-    """Return the lines that each context runs, for each source file."""
+def read_lines(file, root, module):
+    """Return the lines that each test of a module runs, for each source file."""
     data = CoverageData(str(file))
     data.read()
     found = {}
@@ -112,5 +109,6 @@ def read_lines(file, root):
         of = found.setdefault(Path(source).relative_to(root).as_posix(), {})
         for line, contexts in data.contexts_by_lineno(source).items():
             for context in contexts:
-                of.setdefault(context, []).append(line)
+                name = context.rpartition(".")[2]
+                of.setdefault(f"{module}::{name}" if name else SET_UP, []).append(line)
     return found

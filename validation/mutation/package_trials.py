@@ -1,6 +1,6 @@
 """Trials of mutants of the package: only the tests that execute the changed line are run.
 
-Fast tests that run few lines come first. Tests in a browser are left out.
+Tests that run few lines come first. Tests in a browser are left out.
 """
 
 import marshal
@@ -23,7 +23,7 @@ ELSEWHERE = (
     "test_readme_pictures.py",
 )
 SLACK = 5  # time limit, as a multiple of the time without a mutation under line tracing
-MOST_FIRST, FIRST_SECONDS = 40, 20.0  # number and total duration of the tests that run first
+MOST_FIRST = 40  # number of the tests that run first
 
 
 def list_sources(root, only=""):
@@ -87,35 +87,29 @@ class Trial:
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
     def select_tests(self, mutant):
-        """Return the tests that may kill a mutant, with their times [s].
+        """Return groups of tests that may kill a mutant, each as {test: module}.
 
-        Tests with a low cost (ModuleUsage.rank_tests) come first.
+        The tests that run the fewest lines come first. Modules whose set-up runs the line are last.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected
             lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
         tests = sorted(t for uses in self.uses for t in uses.rank_tests(mutant.file, lines))
-        first, seconds = [], 0.0
-        for _, took, test in tests[:MOST_FIRST]:
-            seconds += took
-            if first and seconds > FIRST_SECONDS:
-                break
-            first.append((took, test))
-        later = [(took, test) for _, took, test in tests[len(first) :]]
-        of_module = {uses.module: uses.seconds for uses in self.uses}
-        # sorts the tests by module, so that each module is set up once
-        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])
-        around = sorted(
-            (uses.seconds, uses.module)
+        # sorts the later tests by module, so that each module is set up once
+        later = sorted((module, test) for _, module, test in tests[MOST_FIRST:])
+        around = [
+            (uses.module, uses.module)
             for uses in self.uses
             if is_general or uses.is_used_in_setup(mutant.file, lines)
-        )
-        return first, later + around
+        ]
+        first = {test: module for _, module, test in tests[:MOST_FIRST]}
+        return first, {test: module for module, test in later + around}
 
-    def run_tests(self, asked):
-        for rows in filter(None, asked):
-            seconds = int(SLACK * sum(took for took, _ in rows)) + 60
-            done, test = run_pytest(self.root, [name for _, name in rows], seconds, seconds)
+    def run_tests(self, groups):
+        seconds = {uses.module: uses.seconds for uses in self.uses}
+        for tests in filter(None, groups):
+            limit = int(SLACK * sum(seconds[module] for module in {*tests.values()})) + 60
+            done, test = run_pytest(self.root, tests, limit, limit)
             if done.status:
                 return "killed", test
         return "survived", ""

@@ -16,19 +16,11 @@ import heyoka as hy
 import mpmath as mp
 import numpy as np
 
+from .quadrature import product
+
 NAMES = ("qw", "qx", "qy", "qz", "a", "b", "c")
 COEFFICIENTS, DAMPED_COEFFICIENTS = 12, 15
 CYCLE = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-
-
-def product(p, q):
-    (a, b, c, d), (w, x, y, z) = p, q
-    return [
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y - b * z + c * w + d * x,
-        a * z + b * y - c * x + d * w,
-    ]
 
 
 def start_state(problem, form="velocity", digits=40):

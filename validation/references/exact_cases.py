@@ -1,11 +1,8 @@
-"""Tops for which a closed form could fail: all degenerate cases by name, and random tops."""
+"""Tops for which a closed form could fail: all degenerate cases by name."""
 
 import math
 
-import kreisel as kr
 import numpy as np
-
-from .problems import Problem
 
 # The cuboid of the thesis, with lever = mass * gravity * com.
 I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
@@ -140,47 +137,6 @@ def normalize(q):
     return tuple(float(x) for x in np.asarray(q, float) / np.linalg.norm(q))
 
 
-def random_attitude(rng, near_pole):
-    """Return a random attitude, either uniform or at an angle of 1e-9 .. 1 rad from a pole."""
-    if not near_pole:
-        return normalize(rng.normal(size=4))
-    half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
-    q = (math.cos(half), math.sin(half) * math.cos(way), math.sin(half) * math.sin(way), 0.0)
-    return q if rng.integers(2) else (-q[1], q[0], -q[3], q[2])
-
-
-def random_lagrange(rng, number):
-    """Draw moments, lever arm and momentum from several decades, with either sign of gravity.
-
-    Every second top starts at an angle of 1e-9 .. 1 rad from a pole.
-    """
-    i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
-    i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
-    return (
-        float(i1),
-        float(i3),
-        float(lever),
-        random_attitude(rng, number % 2 == 0),
-        tuple(map(float, momentum)),
-    )
-
-
-def random_euler(rng):
-    # Moments B + C, C + A, A + B with positive A, B, C belong to a physical body.
-    two = 10 ** rng.uniform(-3, 0, size=2)
-    parts = np.array([*two, 1.0]) * 10 ** rng.uniform(-1, 1)
-    inertia = rng.permutation(parts.sum() - parts)
-    return (
-        tuple(map(float, inertia)),
-        normalize(rng.normal(size=4)),
-        tuple(map(float, 10 ** rng.uniform(-3, 3) * rng.normal(size=3))),
-    )
-
-
-def random_time(rng):
-    return float(10 ** rng.uniform(-2, 6))
-
-
 def digits(case):
     """Return the number of digits that resolve a free body's distance from its middle axis."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
@@ -197,46 +153,3 @@ def inertia_and_lever(case):
         i1, i3, lever, *_ = case
         return (i1, i1, i3), lever
     return case[0], 0.0
-
-
-def case_scene(case):
-    """Return a case as a kreisel scene."""
-    inertia, lever = inertia_and_lever(case)
-    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), unphysical=True)
-    gravity = math.copysign(1.0, lever)
-    return kr.Scene(body, momentum=case[-1], attitude=normalize(case[-2]), gravity=gravity)
-
-
-def case_problem(name, case):
-    """Return a case as a problem for heyoka."""
-    inertia, lever = inertia_and_lever(case)
-    momentum = tuple(map(float, case[-1]))
-    return Problem(name, inertia, (0.0, 0.0, lever), normalize(case[-2]), momentum)
-
-
-MAPS = [  # (name of a top, step of the Bobenko-Suris map)
-    ("the thesis' top", 0.1),
-    ("no axial momentum", 0.1),
-    ("1e-9 from the upper pole", 0.05),
-    ("tumbling 1e4", 1e-4),
-    ("through the lower pole", 0.1),
-    ("upside down", 0.1),
-    ("tilted", -0.1),
-    ("tilted", 3.0),
-    ("planar, over both poles", 0.05),
-    ("unstable sleep, leaning 1e-2", 0.1),
-    ("through the lower pole", 4.0),
-    ("hanging, leaning 1e-5", 4.0),
-    ("upside down", -5.0),
-]
-
-
-def random_map(rng, number):
-    """Draw a top, and a step of either sign with magnitude 0.003 .. 5 in the top's unit of time."""
-    i1, _, lever, _, m = case = random_lagrange(rng, number)
-    rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
-    return (
-        case,
-        float(10 ** rng.uniform(-2.5, 0.7) / rate) * (1 if rng.integers(2) else -1),
-        [1, 10, 1000],
-    )

@@ -62,16 +62,6 @@ def attitude_of_axes(n, b, t):
     return normalize(max(zip(sizes, rows, strict=True), key=lambda row: row[0])[1])
 
 
-def attitude_error(truth, q):
-    """Return the angle between a reference and a unit quaternion in doubles.
-
-    If the quaternions have opposite signs, which is an error, the result exceeds 7.
-    """
-    with mp.workdps(DIGITS):
-        d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
-        return float(2 * mp.sqrt(dot(d[1:], d[1:]))) + (10 if d[0] < 0 else 0)
-
-
 def cubic_roots(c2, c1, c0):
     """Return the three real roots of x^3 + c2 x^2 + c1 x + c0 in ascending order."""
     with mp.workdps(3 * DIGITS):
@@ -170,11 +160,7 @@ class Lagrange:
             )
             self.u1, self.d, self.g31, k2 = middle - half, 2 * half, square, mp.mpf(0)
             v = min(1, max(0, (u - self.u1) / self.d))
-        self.kp2, self.rate, self.curve = (
-            1 - k2,
-            mp.sqrt(self.g31) / 2,
-            Quadrature(k2, v, self.climb >= 0),
-        )
+        self.rate, self.curve = mp.sqrt(self.g31) / 2, Quadrature(k2, v, self.climb >= 0)
         (w, x, y, z), (dw, dx, dy, dz) = (
             self.q,
             product([0, *(c / 2 for c in self.m)], self.q),
@@ -281,7 +267,6 @@ class Euler:
         self.curve = Quadrature(k2, v, sign * self.way * body[1] >= 0)
         self.base = self.size / three
         self.extra = self.size * (twice - self.size**2 / three)
-        self.kp2 = 1 - k2
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):

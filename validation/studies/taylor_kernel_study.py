@@ -4,93 +4,51 @@ Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 2
 terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are in double-double,
 at tolerance 2^-100.
 
-    python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
+    python -m validation.studies.taylor_kernel_study [limits orders depth]
 
-Users cannot choose these constants. All runs are timed from C, without Python. As in
-taylor_speed.py, they alternate in one process, and the results are medians of ratios.
+Users cannot choose these constants. All runs are timed from C, without Python. They alternate in
+one process, and the results are medians of ratios.
 """
 
 import argparse
 import ctypes
+import functools
 from statistics import median
 
-from ..benchmarks.taylor_speed import (
-    EPS,
-    SCENES,
-    attitude_error,
-    attitude_error_with_low_words,
-    horizon,
-    loosest_reaching,
-    make_heyoka_run,
-    make_real128_run,
-    median_times,
-    print_row,
-)
+import kreisel as kr
+import mpmath as mp
+
+from ..benchmarks.taylor_speed import median_times
 from ..competitors import compiled_core, timing
+from ..references import reference
 from ..references.problems import load_problem
 from .taylor_kernels import TaylorKernels
+
+SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 
 
 def problem_bytes(name):
     return compiled_core.scene_bytes(load_problem(name).to_scene())
 
 
-def isas():
-    """Compare each instruction set with heyoka, which uses the best one of the machine."""
-    kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
-    for name in ("thesis", "asymmetric"):
-        for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
-            print_at_equal_error(kernels, plain, name, target, order)
+def join_words(high, low):
+    with mp.workdps(reference.DIGITS):
+        return [mp.mpf(x) + mp.mpf(y) for x, y in zip(high.tolist(), low.tolist(), strict=True)]
 
 
-def print_at_equal_error(kernels, plain, name, target, order):
-    scene, t, kernel = problem_bytes(name), horizon(name, target), kernels.orders.index(order)
-    peer, theirs = loosest_reaching(make_heyoka_run, name, t, target, EPS)
-
-    def runs_at(log2_tol):
-        isas = range(len(kernels.isas))
-        own = [kernels.run(scene, isa, kernel, log2_tol, t) for isa in isas]
-        return [*own, plain.run(scene, 0, kernel, log2_tol, t)]
-
-    steps = range(-10, -54, -1)
-    errors = [
-        attitude_error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in steps
-    ]
-    within = (tol for i, tol in enumerate(steps) if max(errors[i:]) <= target)
-    runs = runs_at(next(within, -53))
-    errors = [attitude_error(name, t, run()[0, 1:5]) for run in runs]
-    *own, b = median_times([*runs, peer])
-    for isa, a, e in zip([*kernels.isas, "plain C"], own, errors, strict=True):
-        print(
-            f"{name} {target or 'tightest'} {isa:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, "
-            f"errors {theirs:.0e} / {e:.0e}"
-        )
+@functools.cache
+def solve_truth(name, t, deep=False):
+    """Return the attitude at `t`, by the series with 30 digits or, if `deep`, by heyoka."""
+    problem = load_problem(name)
+    if deep:
+        return reference.integrate_states(problem, [t])[0][:4]
+    path = kr.solve(problem.to_scene(), [t], digits=30)
+    return join_words(path.q[0], path.q_low[0])
 
 
-def headless():
-    """Print the time saved by omitting the heading, at equal tolerance.
-
-    Also print the part of this saving that would remain if the heading were integrated separately.
-    """
-    kernels = TaylorKernels()
-    for name in ("asymmetric", "thesis"):
-        scene, t = problem_bytes(name), horizon(name, 0)
-        for i, (order, tol) in enumerate(
-            zip(kernels.orders, (-15, -22, -30, -40, -53), strict=True)
-        ):
-            n = len(kernels.orders)
-            runs = [
-                kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)
-            ]
-            a, b, c = median_times(runs)
-            print_row(
-                f"{name} order {order}, tol 2^{tol}: whole/headless",
-                a / b,
-                1.1,
-                1.3,
-                f"{a * 1e6:.1f} / {b * 1e6:.1f} us; with the heading added {c * 1e6:.1f} us, "
-                f"{a / c:.2f}",
-            )
+def attitude_error(truth, states):
+    """Return the error of an attitude, given as a state and its low words."""
+    return reference.rotation_angle(truth, join_words(*states[:, 1:5]))
 
 
 def count_operations(order):
@@ -133,13 +91,13 @@ def orders():
     """Print the time and the error of each order and tolerance."""
     kernels = TaylorKernels()
     for name in SCENES:
-        scene, t = problem_bytes(name), horizon(name, 0)
+        scene, t = problem_bytes(name), 30.0 if name == "asymmetric" else 100.0
         for log2_tol in range(-13, -54, -4):
             runs = [
                 kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(len(kernels.orders))
             ]
             cells = (
-                f"{1e6 * a:6.1f} us {attitude_error(name, t, run()[0, 1:5]):.0e}"
+                f"{1e6 * a:6.1f} us {attitude_error(solve_truth(name, t), run()):.0e}"
                 for a, run in zip(median_times(runs, 9), runs, strict=True)
             )
             print(
@@ -171,18 +129,13 @@ def print_depth(kernels, deep, what, tolerances, t):
         print(f"{what} tol 2^{log2_tol}", end="")
         for name in ("thesis", "asymmetric_regular"):
             run = kernels.run(problem_bytes(name), 0, len(kernels.orders) + deep, log2_tol, t)
-            true = make_real128_run(name, t, "1e-33")() if deep else None
-            q, seconds = run()[:, 1:5].ravel(), min(timing.time_once(run) for _ in range(5))
-            off = (
-                attitude_error(name, t, q)
-                if true is None
-                else attitude_error_with_low_words(true, q)
-            )
+            off = attitude_error(solve_truth(name, t, bool(deep)), run())
+            seconds = min(timing.time_once(run) for _ in range(5))
             print(f"   {name} {seconds * 1e3:.2f} ms {off:.1e}", end="")
         print(flush=True)
 
 
-PARTS = {f.__name__: f for f in (isas, headless, limits, orders, depth)}
+PARTS = {f.__name__: f for f in (limits, orders, depth)}
 
 
 def main(argv=None):
@@ -193,9 +146,9 @@ def main(argv=None):
         "what",
         nargs="*",
         choices=[*PARTS, []],
-        help="figures to print (default: all but orders and depth)",
+        help="figures to print (default: limits)",
     )
-    for name in parser.parse_args(argv).what or list(PARTS)[:3]:
+    for name in parser.parse_args(argv).what or ["limits"]:
         PARTS[name]()
     return 0
 

@@ -15,18 +15,15 @@ SOURCE = Path(__file__).with_suffix(".c")
 TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
-def compile_library(folder, terms, plain, alone):
+def compile_library(folder, terms):
     """Compile the core with the kernels into a library, and load the library.
 
-    By default all instruction sets are compiled. `plain` compiles only the portable kernel. `alone`
-    compiles only the kernel for every x86_64, optimized for speed. `terms` compiles only the widest
-    kernel, with other numbers of terms: the head and the last term for 20 digits, then for 30.
+    By default all instruction sets are compiled. `terms` compiles only the widest kernel, with
+    other numbers of terms: the head and the last term for 20 digits, then for 30.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
         return compile_core(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
-    if plain or alone:
-        return compile_core(folder, SOURCE, {}, ("-DKR_PLAIN",) if plain else ())
     return compile_core(folder, SOURCE)
 
 
@@ -39,9 +36,9 @@ def read_list(give):
 
 
 class TaylorKernels:
-    def __init__(self, terms=None, plain=False, alone=False):
+    def __init__(self, terms=None):
         self.folder = tempfile.TemporaryDirectory()
-        self.library = compile_library(self.folder.name, terms, plain, alone)
+        self.library = compile_library(self.folder.name, terms)
         self.library.kr_bench_isa.restype = ctypes.c_char_p
         self.isas = [name.decode() for name in read_list(self.library.kr_bench_isa)]
         self.orders = read_list(self.library.kr_bench_order)

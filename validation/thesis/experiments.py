@@ -28,8 +28,20 @@ def time_grid(step, end):
     return np.arange(round(end / step) + 1) * step
 
 
+class Comparison:
+    """Motions that are compared with the reference motion `true`, by their frame errors `L`."""
+
+    @property
+    def t(self):
+        return self.true.t
+
+    def until(self, name, t):
+        """Return the largest frame error up to the time `t`."""
+        return largest_until(self.t, self.L[name], t)
+
+
 @dataclass(frozen=True)
-class FourTops:
+class FourTops(Comparison):
     """The trajectories of the four tops (6.1.1) and the reference trajectory, at multiples of eps2.
 
     Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
@@ -46,10 +58,6 @@ class FourTops:
     true: Trajectory
     improved: dict = field(default_factory=dict)
 
-    @property
-    def t(self):
-        return self.true.t
-
     @cached_property
     def L(self):
         """The frame errors of each trajectory: relative to the reference, and between pairs."""
@@ -59,10 +67,6 @@ class FourTops:
             "BS text": compute_frame_error(self.blue, self.red),
             "Ext text": compute_frame_error(self.green, self.yellow),
         }
-
-    def until(self, name, t):
-        """Return the largest frame error up to the time `t`."""
-        return largest_until(self.t, self.L[name], t)
 
     @cached_property
     def term(self):
@@ -128,7 +132,7 @@ def measure_growth(end=20.0, eps=0.2):
 
 
 @dataclass(frozen=True)
-class EqualTime:
+class EqualTime(Comparison):
     """Experiment 6.2: states at every fifth unit of time, compared with the reference."""
 
     red: Trajectory
@@ -141,10 +145,6 @@ class EqualTime:
     substeps: int  # sub-steps that Bobenko-Suris makes in Extrap's run time on this machine
     improved: dict = field(default_factory=dict)
 
-    @property
-    def t(self):
-        return self.true.t
-
     @cached_property
     def L(self):
         named = {
@@ -156,10 +156,6 @@ class EqualTime:
         }
         errors = {name: compute_frame_error(course, self.true) for name, course in named.items()}
         return errors | {"BS text": compute_frame_error(self.blue, self.red)}
-
-    def until(self, name, t):
-        """Return the largest frame error up to the time `t`."""
-        return largest_until(self.t, self.L[name], t)
 
 
 def solve_in_periods(substeps, end, method=None):
@@ -225,7 +221,7 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 
 @dataclass(frozen=True)
-class EqualEvaluations:
+class EqualEvaluations(Comparison):
     """Experiment 6.3, in which both methods evaluate the torque equally often.
 
     The step of Bobenko-Suris is therefore a quarter of the step of the other method.
@@ -235,10 +231,6 @@ class EqualEvaluations:
     rk4: Trajectory
     bs: Trajectory
     true: Trajectory
-
-    @property
-    def t(self):
-        return self.true.t
 
     @cached_property
     def L(self):

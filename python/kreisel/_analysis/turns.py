@@ -111,7 +111,7 @@ def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
         *_horizontal_components(axis, velocity, up, east),
         axis @ up,
         velocity @ up,
-        _row_products(velocity, axis),
+        np.asarray((velocity * axis).sum(axis=-1)),
     )
 
 
@@ -279,7 +279,3 @@ def _horizontal_components(
     """Return the horizontal component of an axis as complex numbers, and its derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
-
-
-def _row_products(a: Array, b: Array) -> Array:
-    return np.asarray((a * b).sum(axis=-1))

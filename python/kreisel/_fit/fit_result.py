@@ -24,7 +24,6 @@ from .records import Record
 from .search_session import SearchSession, Solution
 from .summary import format_html, format_summary
 from .uncertainty import (
-    ResidualStatistics,
     Spectrum,
     analyse_spectrum,
     compute_statistics,
@@ -271,7 +270,10 @@ def make_fit(session: SearchSession) -> Fit:
         covariance,
         residuals,
         sigma,
-        *_read_statistics(statistics),
+        statistics.chi2,
+        statistics.dof,
+        statistics.correlation,
+        statistics.inflation,
         _measure_nonlinearity(session, best, spectrum, statistics.inflation),
         unidentified,
         () if session.alias is None else (describe_alias(best.point, session.alias),),
@@ -312,10 +314,6 @@ def _measure_nonlinearity(
         return 0.0
     own = session.model, best.point, best.residuals
     return measure_nonlinearity(*own, spectrum, inflation)
-
-
-def _read_statistics(found: ResidualStatistics) -> tuple[float, int, float, float]:
-    return found.chi2, found.dof, found.correlation, found.inflation
 
 
 def _collect_residuals(

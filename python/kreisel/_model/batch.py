@@ -131,7 +131,7 @@ class Batch(Generic[_M]):
         places = _expand_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
             return self._member(
-                tuple(_index_entry(i, n) for i, n in zip(places, self.shape, strict=True))
+                tuple(operator.index(i) % n for i, n in zip(places, self.shape, strict=True))
             )
         names = iter(self._names)
         kept = []
@@ -270,10 +270,6 @@ def _expand_key(key: object, dims: int) -> tuple[Any, ...]:
     spent = sum(part is not None and part is not ... for part in parts)
     at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
     return (*parts[:at], *[slice(None)] * (dims - spent), *parts[at + 1 :])
-
-
-def _index_entry(i: Any, n: int) -> int:
-    return operator.index(i) % n
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:

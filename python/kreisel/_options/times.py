@@ -26,14 +26,20 @@ def time_array(
     `size` is the number of bytes of a state. Raises MemoryError if the states do not fit into
     memory.
     """
-    times = as_finite_array("t", t, TIMES_FORM)
+    times = parse_time_list(t)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size, begin)
+    check_times(times, every)
+    return times
+
+
+def parse_time_list(t: object) -> Array:
+    """Return one time, or a list of times, as an array of shape () or (k,)."""
+    times = as_finite_array("t", t, TIMES_FORM)
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
-    check_times(times, every)
     return times
 
 

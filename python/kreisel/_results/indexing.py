@@ -9,7 +9,8 @@ from typing import Any, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from .._utils.validation import Array, Numbers, as_finite_array, short_repr
+from .._options.times import parse_time_list
+from .._utils.validation import Array, Numbers, short_repr
 
 StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
 ResolvedIndex = slice | npt.NDArray[np.intp]
@@ -45,11 +46,7 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
     `reached` contains the times of the path, and `begin` is the time at which its scene starts.
     """
-    times = as_finite_array("t", t, "a number or a list of times")
-    if times.ndim > 1:
-        raise ValueError(
-            f"t must be a number or a list of times, not an array of shape {times.shape}"
-        )
+    times = parse_time_list(t)
     low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
     outside = np.flatnonzero((times < low) | (times > high))
     if outside.size:

@@ -5,7 +5,7 @@ If only some quantities are wanted, they are computed chunk by chunk, and the st
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -102,15 +102,11 @@ def record_chunks(
     status, part = record(times[:1])
     columns.add(part)
     try:
-        for chunk in _chunks(times[1:]):
+        for first in range(1, times.size, CHUNK_SIZE):
             if status != "OK" or has_ended():
                 break
-            status, part = record(chunk)
+            status, part = record(times[first : first + CHUNK_SIZE])
             columns.add(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
     return status, columns.path(part)
-
-
-def _chunks(times: Array) -> Iterator[Array]:
-    return (times[first : first + CHUNK_SIZE] for first in range(0, times.size, CHUNK_SIZE))

@@ -32,7 +32,7 @@ from .._options.methods import (
     resolve_method,
 )
 from .._options.solve_options import Progress, SolveOptions
-from .._options.times import check_horizon, time_array
+from .._options.times import check_horizon, parse_time_list, time_array
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
 from .._results.recorder import record_path
@@ -50,7 +50,6 @@ from .exact_ensemble import (
     from_ensemble,
     from_list,
     no_closed_form_error,
-    parse_time_list,
     refuse_turning_support,
 )
 from .torus_actions import compute_action

@@ -313,13 +313,3 @@ def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueErr
     if has_torus(scene):
         return ValueError(f"{where}{explain_no_closed_form(scene)}: {scene!r}")
     return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
-
-
-def parse_time_list(t: Numbers) -> Array:
-    """Return one time, or a list of times, as an array of shape () or (k,)."""
-    times = as_finite_array("t", t, "a number or a list of times")
-    if times.ndim > 1:
-        raise ValueError(
-            f"t must be a number or a list of times, not an array of shape {times.shape}"
-        )
-    return times

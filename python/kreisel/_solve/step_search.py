@@ -114,7 +114,8 @@ class StepSearch:
         `grown` is the factor g in the error estimate of this module.
         """
         prices, t = {}, abs(self.end)
-        for name, (c, price) in _error_constants(self.scene).items():
+        constants = _SYMMETRIC if _is_drift_exact(self.scene) else _GENERAL
+        for name, (c, price) in constants.items():
             part = self.weight * t * grown / self.target
             steps = _SHORTER * c * self.rate * t * part ** (1.0 / methods[name].order)
             prices[name] = price * max(1.0, steps), steps
@@ -302,11 +303,6 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
     options = SolveOptions(methods[search.method], abs(choice.step))
     is_back = choice.step < 0.0
     return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
-
-
-def _error_constants(scene: Scene) -> _Constants:
-    """Return the error constants of the methods, which depend on the kind of drift of a scene."""
-    return _SYMMETRIC if _is_drift_exact(scene) else _GENERAL
 
 
 def _is_drift_exact(scene: Scene) -> bool:

@@ -190,7 +190,8 @@ class Source:
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
         lengths = {name: one.shape for name, one in parameters.items()}
-        if len(set(lengths.values())) != 1 or not all(map(_is_row, lengths.values())):
+        is_row = all(len(lead) == 1 and lead[0] > 0 for lead in lengths.values())
+        if len(set(lengths.values())) != 1 or not is_row:
             raise ValueError(
                 f"{os.fspath(file)}: its columns must be rows of one length, not {lengths}"
             )
@@ -327,10 +328,6 @@ def _split_arguments(
         elif as_bool(name, value):
             flags[name] = True
     return parameters, {name: True for name in FLAGS if name in flags}
-
-
-def _is_row(lead: Shape) -> bool:
-    return len(lead) == 1 and lead[0] > 0
 
 
 def _check_parameter_bounds(name: str, one: Parameter) -> None:

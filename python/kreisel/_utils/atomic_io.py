@@ -118,11 +118,8 @@ def _temp_path(file: Path) -> Path:
 def _open_temp(new: Path, file: Path, name: str) -> int:
     """Create the temporary file `new`, which will replace `file`; an OSError names `name`."""
     try:
-        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _file_permissions(file))
+        permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
+        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)
     except OSError as error:
         error.filename = name
         raise
-
-
-def _file_permissions(file: Path) -> int:
-    return file.stat().st_mode & 0o777 if file.exists() else 0o666
