@@ -1,0 +1,182 @@
+"""The size and speed of the interactive viewer, in headless Chromium with software rendering.
+
+    python -m validation.benchmarks.viewer_speed
+
+Each frame advances the motion by 1/60 of a unit of time. For each time, the median and the largest
+of several repetitions are printed. For drags, the program also prints the 99th percentile, and the
+longest time that the viewer's own thread works for one event. Durations also contain waiting for
+the processor on a busy machine.
+"""
+
+import argparse
+import gzip
+import json
+import shutil
+from statistics import median
+
+from kreisel._view import _PAGE
+from playwright.sync_api import sync_playwright
+
+SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+PAIRS = [
+    ("bobenko_suris", "rk4"),
+    ("bobenko_suris", "extrap"),
+    ("strang", "implicit_midpoint"),
+    ("exact", "taylor"),
+]
+
+WINDOW = {"width": 1280, "height": 800}
+EVENTS = 600  # per drag
+DRAGS = [  # preset, dragged part, index of the top, and index of a corner
+    ("A spinning top", "tip", 0, 0),
+    ("A spinning top", "face", 0, 0),
+    ("Sleeping top", "tip", 1, 0),
+    ("Sleeping top", "face", 1, 0),
+    *(("Lagrange's top", part, 0, 5) for part in ("tip", "face", "edge", "corner", "pivot")),
+    *(("Kowalewski", part, 0, 5) for part in ("tip", "corner", "pivot")),
+    *(("Elastic rod", part, 0, 5) for part in ("tip", "corner")),
+    *(("Compare four", part, 0, 5) for part in ("tip", "face", "edge", "corner", "pivot")),
+    ("Compare four, ghost", "corner", 0, 5),
+    ("Compare four", "tip", 2, 0),
+    ("Energy and motion", "corner", 1, 5),
+]
+
+# Returns the milliseconds from navigation until the first picture is complete.
+READY = """new Promise((done) => { const look = () => {
+    if (!window.kreisel?.view.renderer.info.render.frame) return requestAnimationFrame(look);
+    kreisel.view.renderer.getContext().finish();
+    done(performance.now());
+}; look(); })"""
+# Returns eleven values: the mean time of stepping in a frame [ms], each over 2000 frames.
+STEPPING = """(methods) => Array.from({ length: 11 }, () => {
+    const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
+    kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
+    const begin = performance.now();
+    for (let i = 1; i <= 2000; i++) kreisel.simulation.advance((i * 1e6) / 60, 1e9);
+    return (performance.now() - begin) / 2000;
+})"""
+# Drags a part and takes a picture after every 30 events. A pivot is a corner dragged with Alt.
+HELD = """async ([part, top, number, events]) => {
+    const { canvas } = kreisel.view, altKey = part === "pivot";
+    const [x, y] = kreisel.locate(altKey ? "corner" : part, top, number);
+    canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+    const mouse = { pointerId: 7, pointerType: "mouse", bubbles: true, cancelable: true, altKey };
+    const send = (type, clientX, clientY) => canvas.dispatchEvent(
+        new PointerEvent(type, { ...mouse, clientX, clientY, buttons: 1 }));
+    send("pointerdown", x, y);
+    if (!kreisel.drags.current) throw new Error(`no ${part} is where it is sought`);
+    for (let i = 0; i < events; i++) {
+        send("pointermove", x + i % 20, y - i % 30);
+        if (i % 30 === 29) await new Promise(requestAnimationFrame);
+    }
+    send("pointerup", x, y);
+}"""
+LOAD = """(name) => {
+    const preset = kreisel.presets.find((preset) => preset.name === name.split(",")[0]);
+    kreisel.page.load({ ...preset, ghost: name.endsWith("ghost") });
+}"""
+# Returns how many frames and milliseconds pass from each pointermove until it is drawn.
+WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
+    const { render } = kreisel.view.renderer.info, before = render.frame;
+    let frames = 0;
+    const look = () => (frames++, render.frame > before
+        ? seen.push([frames, performance.now() - event.timeStamp]) : requestAnimationFrame(look));
+    requestAnimationFrame(look);
+})"""
+
+
+def open_page(browser):
+    page = browser.new_context(viewport=WINDOW, offline=True).new_page()
+    page.goto(_PAGE.as_uri())
+    return page
+
+
+def time_first_picture(browser):
+    """Return the time until the first picture, and the working time of the viewer's own thread."""
+    page = browser.new_context(viewport=WINDOW, offline=True).new_page()
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable", {"timeDomain": "threadTicks"})
+    page.goto(_PAGE.as_uri())
+    took = page.evaluate(READY)
+    told = {
+        each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]
+    }
+    page.context.close()
+    return took, 1e3 * told["TaskDuration"]
+
+
+def print_row(what, values, unit, digits):
+    print(f"{what:44} {median(values):8.{digits}f} {unit:9} largest {max(values):.{digits}f}")
+
+
+def print_spread(what, took, worked):
+    nearly_all = sorted(took)[int(0.99 * len(took))]
+    print(
+        f"{what:44} {median(took):8.2f} ms        99 % {nearly_all:.2f} largest {max(took):.2f} "
+        f"worked {max(worked):.2f}"
+    )
+
+
+def time_drag_events(browser, page, *held):
+    """Return the duration of each event of a drag, and the time that the viewer's thread works."""
+    browser.start_tracing(page=page, categories=["devtools.timeline"])
+    page.evaluate(HELD, [*held, EVENTS])
+    events = [
+        event
+        for event in json.loads(browser.stop_tracing())["traceEvents"]
+        if event["name"] == "EventDispatch" and event["args"]["data"]["type"] == "pointermove"
+    ]
+    assert len(events) == EVENTS
+    return [e["dur"] / 1e3 for e in events], [e["tdur"] / 1e3 for e in events]
+
+
+def time_drag(page):
+    """Return the frames and milliseconds until each of 100 drags of the momentum is drawn."""
+    page.evaluate(WATCH)
+    x, y = page.evaluate("kreisel.locate('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate("window.seen = []")
+    for i in range(100):
+        page.mouse.move(x + i % 20, y - i % 30)
+        page.wait_for_timeout(20)
+    page.mouse.up()
+    return page.evaluate("seen")
+
+
+def print_size():
+    text = _PAGE.read_bytes()
+    packed = len(gzip.compress(text, 9)) / 1e3
+    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {packed:.1f} kB")
+
+
+def main(argv=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.viewer_speed", description=__doc__.splitlines()[0]
+    ).parse_args(argv)
+    print_size()
+    with sync_playwright() as tool:
+        browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
+        took, worked = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
+        print_row("ready", took, "ms", 0)
+        print_row("ready, work of the viewer's thread", worked, "ms", 0)
+        page = open_page(browser)
+        page.evaluate(READY)
+        for pair in PAIRS:
+            name = f"stepping, two {pair[0]}, two {pair[1]}"
+            print_row(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
+        for name, part, top, number in DRAGS:
+            page.evaluate(LOAD, name)
+            page.evaluate("kreisel.page.setRunning(false)")
+            what = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
+            print_spread(what, *time_drag_events(browser, page, part, top, number))
+        page.evaluate(LOAD, "Lagrange's top")
+        frames, after = zip(*time_drag(page), strict=True)
+        print_row("a drag is drawn", frames, "frame(s)", 0)
+        print_row("a drag is drawn", after, "ms", 0)
+        browser.close()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
