@@ -17,9 +17,8 @@ typedef struct support_data {
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives with respect to the parameter of a deviation: B, F, y, b and k of
- * support_deviation.h, and those of the angular velocity of the support, the apex and the
- * friction. */
+/* Derivatives with respect to the parameter of a deviation. They are B, F, y, b and k of
+ * support_deviation.h, and those of the support's angular velocity, the apex and the friction. */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];

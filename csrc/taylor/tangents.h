@@ -4,7 +4,8 @@
  * the attitude q by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
- * in the notation of taylor.h. Here B, b, F and y are the derivatives of A, c, D and h with respect
+ *
+ * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter. Moving supports contribute further terms (support_deviation.h). B and F are
  * symmetric matrices. The equations are linear in theta and N, and require 18 products of
  * coefficients per term. The changes of the energy and of <m, e3> are conserved up to the
@@ -16,7 +17,7 @@
 /* Taylor series of eight numbers about the time t. The series are valid on a step of the path, or
  * on one part of the step if the tangents need shorter parts. For a single deviation, the eight
  * numbers are (0, theta | 0, N). If there are enough deviations, they form batches, in which six
- * structs hold eight deviations: struct k holds component k of (theta, N) for each deviation. The
+ * structs hold eight deviations. Struct k holds component k of (theta, N) for each deviation. The
  * two layouts give bitwise equal results. For 20 and 30 digits, each struct is an array of two
  * structs, with the high words and the low words, sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {
