@@ -5,19 +5,19 @@
  *
  * with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken support.
  *
- * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support rotates, these
+ * Frames:  Space has the axes e1, e2, e3, with gravity along -e3. If the support rotates, these
  *          axes rotate with it. The body has two frames: the frame of description, in which the
  *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
  *          rotates vectors from the frame of description into space: v_space = q v q*. The angular
  *          momentum m has components in space. The apex is the direction from the fixed point to
  *          the centre of mass, or T if these points coincide.
- * Units    Any consistent set of units. Dimensions are given in brackets, as powers of mass M,
+ * Units:   Any consistent set of units. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
- * Memory   Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
+ * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
  *          optional GSL methods).
- * Errors   A function that can fail returns a kr_status and writes its result through its last
+ * Errors:  A function that can fail returns a kr_status and writes its result through its last
  *          argument. On failure, the result is unchanged.
- * Threads  There is no global state. Different threads can use different tops at the same time,
+ * Threads: There is no global state. Different threads can use different tops at the same time,
  *          but only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H
@@ -271,10 +271,10 @@ KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns Kowalewski's integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass *
- * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
+/* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
+ * * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns Goryachev and Chaplygin's integral G [T^-3] (Bodack 2008, 5.2), a function of the same
+/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
  * variables as K. Returns NaN unless the body is a Goryachev-Chaplygin top. G is constant only if
  * <m, e3> = 0. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);

@@ -7,9 +7,9 @@
 #include "math/su2_dd.h"
 
 /* A motion in working axes and internal units. Working axes are principal axes in a certain order:
- * T is the symmetry axis of a symmetric body; otherwise B is the axis of the middle moment. The
- * internal units are powers of two times the user's units. In these units, the largest moment and
- * the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of
+ * T is the symmetry axis of a symmetric body; otherwise B is the axis of the intermediate moment.
+ * The internal units are powers of two times the user's units. In these units, the largest moment
+ * and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of
  * time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
@@ -48,8 +48,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude. P is the vertical in the body
-     * frame. W is the angular velocity in the body frame, divided by `rate`; |W| is less than 1. */
+    /* Coefficients of the series of (q | 0, P) and of (0, W). q is the attitude. P is the vertical
+     * in the body frame. W is the angular velocity in the body frame, divided by `rate`; |W| is
+     * less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -59,7 +60,7 @@ typedef struct kr_step_polynomial {
      * shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
-    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before it stopped. */
+    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before the top stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
      * more. The memory before b, and after the end of each array, must hold zeros. */
@@ -156,7 +157,7 @@ struct kr_method {
     /* Writes q and m at the time `clock` within the last step. NULL: the method has no dense
      * output. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Writes q and m at n times, which need not lie inside the last step. The states are bitwise
+    /* Writes q and m at n times, which need not lie within the last step. The states are bitwise
      * equal to those of `at`, but are computed faster. NULL: not available. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the last step as a polynomial. NULL: not available. */

@@ -30,7 +30,7 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* Size of the saved part of a kr_top in bytes. */
+/* Number of bytes of a kr_top that a checkpoint contains. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* The saved data of an event: the state of the search, and a checksum of the event's definition. */

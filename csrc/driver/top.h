@@ -167,7 +167,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
 int kr_steps_poll(kr_top *top);
 /* Saves the main motion as the last valid one. */
 void kr_steps_save(kr_top *top);
-/* Returns the time from the start to the user's time t, in internal units. */
+/* Converts the user's time t to the time since the initial state, in internal units. */
 static inline double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;

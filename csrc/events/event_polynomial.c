@@ -75,7 +75,7 @@ static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns an axis of the frame of description, in working axes. */
+/* Returns an axis of the frame of description, as a vector in working axes. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));

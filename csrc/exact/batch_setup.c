@@ -121,8 +121,8 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Guesses whether u3 is the root that lone_root returns. The guess uses the cubic in u of this
- * motion,
+/* Guesses whether u3 is the isolated root, which lone_root returns. The guess uses the cubic in u
+ * of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops with the same guess are set up together, so that few vectors need both branches of the
  * set-up. The results do not depend on the guess. `lever` is in internal units; m is in the user's

@@ -39,7 +39,7 @@ static double wave_at(const cosine_table *t, int M, int is_sine, int order, int 
               up = at <= 2 * M ? at : 4 * M - at;
     return t->c[up * (GRID / (2 * M))].hi;
 }
-/* Returns exp(-i pi at/2M), from the table. */
+/* Returns exp(-i pi at/2M), using the table. */
 static cx unit_at(const cosine_table *t, int M, int at)
 {
     return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));

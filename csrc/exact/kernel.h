@@ -55,8 +55,9 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes sine and cosine of x turns. The low bits of u hold the number of quarter turns nearest to
- * x. The polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
+/* Writes the sine and cosine of an angle of x turns. The low bits of u hold the number of quarter
+ * turns nearest to x. The polynomials are evaluated at the remainder y, which is at most an eighth
+ * of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -106,7 +107,7 @@ INLINE exponential exponential_of(dd a)
     e.minus = of_bits((bits_of(shift - k) << 52) + one);
     return e;
 }
-/* Writes sinh and cosh of a. */
+/* Writes the hyperbolic sine and cosine of a. */
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
     const exponential e = exponential_of(a);

@@ -13,9 +13,9 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest rotation of the top in a step [rad]. The semi-implicit method damps rotations that it
- * does not resolve. If the top made whole turns within a step, the error estimate would be too
- * small. (extrapolation.h needs no such limit.) */
+/* Largest permitted rotation of the top in a step [rad]. The semi-implicit method damps rotations
+ * that it does not resolve. If the top made whole turns within a step, the error estimate would be
+ * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
 /* Upper limits of h^2 a and h a, where h is the step size, and a is a bound of |W'| due to gravity.
  * Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is singular,
@@ -159,7 +159,7 @@ static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* In double precision, no step can meet a tolerance below the unit roundoff. */
+    /* In double precision, no step can meet a tolerance below the machine epsilon. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {

@@ -1,10 +1,10 @@
 /* Double-double numbers: unevaluated sums hi + lo of two doubles, with about 32 digits. This header
  * needs only libc and libm. The relative error of a sum or product is a small multiple of 2^-104
- * (Joldes, Muller, Popescu, ACM Trans. Math. Softw. 44, 2017). The operations require strict
- * floating-point evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions
- * named dd_... round their results to double-double; two_sum and two_product are exact. If
- * KR_DD_LANES is defined, hi and lo are vectors of doubles (simd.h), and the result in each lane is
- * bitwise equal to that of a scalar computation. */
+ * (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
+ * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
+ * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
+ * defined, hi and lo are vectors of doubles (simd.h), and the result in each lane is bitwise equal
+ * to that of a scalar computation. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Sums of products without cancellation errors. All products are exact. Their sum is as accurate as
- * if computed with four times the precision of a double (Ogita, Rump, Oishi, SIAM J. Sci. Comput.
- * 26, 2005, SumK). The sums for the three components of a vector are interleaved, because
- * independent operations can be executed in parallel. */
+ * if computed with four times the precision of a double (SumK of Ogita, Rump and Oishi, SISC 26,
+ * 2005). The sums for the three components of a vector are interleaved, because independent
+ * operations can be executed in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"

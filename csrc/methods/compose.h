@@ -19,12 +19,12 @@ static const struct {
 } compose_table[] = {
     /* Suzuki, Phys. Lett. A 146 (1990): 1 / (4 - 4^(1/3)) */
     [SUZUKI4] = {.stages = 5, .drift = {0.41449077179437573714, 0.41449077179437573714}},
-    /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.12) */
+    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.12) */
     [KAHAN_LI6] = {.stages = 9,
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
-    /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13). Suzuki and Umeno's
-     * 15 stages of order 8 (1993) are not better than these 17. */
+    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13).
+     * Suzuki and Umeno's 15 stages of order 8 (1993) are not better than these 17. */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,

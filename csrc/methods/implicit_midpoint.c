@@ -18,7 +18,7 @@ typedef struct {
 /* A trial step with an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
-    kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
+    kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 

@@ -36,8 +36,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* The rotation about T is the same in each step and commutes with all others. It is
-         * therefore applied only when a state is read. */
+        /* The rotation about T is the same in every step and commutes with all other rotations. It
+         * is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
@@ -77,9 +77,9 @@ static inline splitting_body splitting_body_of(const splitting *s)
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. m1 and
- * m2 are the components of the momentum along the other axes; w, r0, r1, r2 are the components of
- * splitting_body.r. */
+/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. The
+ * arguments m1 and m2 are the components of the momentum along axes 1 and 2. The arguments w, r0,
+ * r1, r2 are the components of splitting_body.r. */
 static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
                                   double *r1, double *r2)
 {
@@ -105,8 +105,8 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the rotations `b` about N and T, unless `b` is NULL, and then the rotation about m for
- * the fraction `part` of a step. Also normalizes q. The correction is computed from the norm of q
+/* Applies the rotations `b` about N and T, unless `b` is NULL, and the rotation about m for the
+ * fraction `part` of a step. Also normalizes q. The correction is computed from the norm of q
  * before the rotation, so it does not depend on the angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {

@@ -4,8 +4,8 @@
  * rotations about N and T, without kicks. The method conserves <m,e3>, and for Lagrange tops also
  * the axial momentum. The error of the energy is bounded and O(h^4). The steps are symplectic. In
  * the states that are read, the processor changes the symplectic form by a bounded amount of
- * O(h^7). A step in which the top may turn by more than 2.5 rad is refused, except for Lagrange
- * tops, whose drift is exact. */
+ * O(h^7). The method refuses steps in which the top may rotate by more than 2.5 rad. Lagrange tops
+ * have no such limit, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

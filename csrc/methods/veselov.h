@@ -11,7 +11,7 @@
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns r after one more step of Newton's method. F is the residual at the given r. */
+/* Returns r after one more Newton step. F is the residual at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -6,8 +6,8 @@
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
  * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, whereas a kick changes
  * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free
- * bodies. A step in which the top may turn by more than 1.25 rad is refused, because the series in
- * h then fails to approximate the moments. */
+ * bodies. The method refuses steps in which the top may rotate by more than 1.25 rad, because the
+ * series in h does not approximate the moments for larger steps. */
 #include "modified_kick.h"
 #include "veselov.h"
 
@@ -18,7 +18,7 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the moments I~, which are defined at the beginning of this file. */
+/* Returns the modified moments I~, which are defined at the top of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);

@@ -29,28 +29,28 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns coefficient n of B W. */
+/* Returns the n-th coefficient of B W. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns coefficient n of F W. */
+/* Returns the n-th coefficient of F W. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
     return triple_fma(load_drags(g, 2), triple_prev(w),
                       triple_fma(load_drags(g, 1), triple_next(w), own));
 }
-/* Returns coefficient n of P x b. */
+/* Returns the n-th coefficient of P x b. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns coefficient n of h x theta. */
+/* Returns the n-th coefficient of h x theta. */
 INLINE triple rotor_turn(const kr_tangent *g, int n)
 {
     const triple h = triple_of(g->rotor), turn = load_turn(g, n);
@@ -66,8 +66,8 @@ INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minu
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums over j + m = n of the products of coefficient j of a deviation and coefficient m of the
- * path. */
+/* Sums over j + m = n of the products of the j-th coefficient of a deviation and the m-th
+ * coefficient of the path. */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;

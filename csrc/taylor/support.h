@@ -21,7 +21,7 @@ typedef struct {
     turned_vector w;
     duo u, o, p;
 } turned_support;
-/* The sums of products of series_sums, and the sums for O x U and G P. */
+/* The sums of products in series_sums, and in addition those for O x U and G P. */
 typedef struct {
     series_sums plain;
     duo turned, pulled;
@@ -130,7 +130,7 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     set_turned(s->w[n], &of[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Sets the coefficients of G: the constant part, and a cosine. */
+/* Sets the coefficients of G, which is the sum of a constant and a cosine. */
 INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
@@ -176,7 +176,7 @@ INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_suppor
         duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
     set_velocities(s, own, of, n + 1, w, o, turns, 0);
 }
-/* Computes the coefficients from + 1 to `order`. */
+/* Computes the coefficients with indices from + 1 to `order`. */
 INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
 {
     support_series series;
@@ -194,7 +194,8 @@ APART void expand_moving(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, WHOLE, s->turns != 0.0, s->shakes != 0.0);
 }
-/* Computes the coefficients from + 1 to `order` for a top with friction or on a moving support. */
+/* Computes the coefficients with indices from + 1 to `order` for a top with friction or on a moving
+ * support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {
     (void)what;
@@ -217,7 +218,8 @@ APART void expand_support_headless(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, HEADLESS, 0, 1);
 }
-/* Computes the coefficients from + 1 to `order` for a top with friction or on a moving support. */
+/* Computes the coefficients with indices from + 1 to `order` for a top with friction or on a moving
+ * support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)

@@ -103,7 +103,7 @@ static void put_words(kr_series s[2], double *high, dd a)
     *high = a.hi;
     *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
 }
-/* Sets the constants of friction. */
+/* Sets the constants of the series that describe the friction. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);

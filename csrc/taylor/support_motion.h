@@ -16,10 +16,11 @@ static inline int kr_support_moves(const kr_scene *scene)
  * the series does not need the terms of support.h. A shaken support may increase the energy;
  * kr_support_step then changes the unit of time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
-/* Sets the constants of the support and of the friction. Returns the lever to which G refers. */
+/* Sets the constants of the support and of the friction. Returns the lever that is multiplied by
+ * G. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
-/* Returns the lever to which G refers, in the units of the motion. Writes the constant part of G to
- * `base`, and the coefficient of the cosine in G to `sway`. */
+/* Returns the lever that is multiplied by G, in the units of the motion. Writes the constant part
+ * of G to `base`, and the coefficient of the cosine in G to `sway`. */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
 /* Writes the cosine and the sine of the phase of the shaking at the time `end` + `low`, in units of
  * 1 / rate. */

@@ -152,7 +152,7 @@ static vec_dd scale_exactly(double power, vec_dd a)
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
-/* Sets the constants of a struct from the motion. */
+/* Sets the constants of a tangent to those of the motion. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};

@@ -58,7 +58,7 @@ typedef struct kr_series {
      * oscillating part of G, the corresponding sine, the rate, and the constant part of G. `rub` is
      * the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
-    /* The apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction). */
+    /* The apex a, the vector (a / A) / <a / A, a>, and the number 1 / (<a / A, a> friction). */
     double apex[4], yield[4], per_grip;
     double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
     /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the
