@@ -196,8 +196,8 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance with which the library determines the kind: 32 units in the last place. It
- * allows for rounding errors of the moments and of `com`. */
+/* Relative tolerance with which the library determines the kind: 32 units in the last place. The
+ * tolerance allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
 /* Returns the kind of a body. Numbers within the relative tolerance `rtol` are treated as equal. */
@@ -358,8 +358,8 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude. It
  * is the time of a rotation by 2^53 rad, at the rate of the initial momentum or of a pendulum,
- * whichever is larger. It is INFINITY for a top at rest without torque, and 0 if the scene is
- * invalid. Later times are refused (KR_ERR_RESOLUTION), and so are earlier ones if damping
+ * whichever is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene
+ * is invalid. Later times are refused (KR_ERR_RESOLUTION), and so are earlier ones if damping
  * accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
@@ -378,7 +378,7 @@ typedef struct kr_config {
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
     /* Callback, called at least every 256 steps and 1024 states, and at every step by an adaptive
-     * method without dense output. If it returns a nonzero value, the top stops. May be NULL. */
+     * method without dense output. A nonzero result stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
@@ -506,8 +506,8 @@ typedef struct kr_term {
 /* Returns the value of the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a sign change of g. If g is the spin, it is also an event when friction stops the
- * top. Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* An event is a sign change of g. If g is the spin, the stop of a top by friction is also an event.
+ * Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -686,13 +686,13 @@ KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
  * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
  * other bodies, for damped tops, and if the plan has a nonzero `refusal`. A certificate above
- * `bound` is also refused; if `bound` is 0, it is KR_KOWALEWSKI_BOUND. */
+ * `bound` is also refused; if `bound` is 0, the limit is KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Returns the state at two angles of the torus [turns], which grow in time at the rates `first` and
- * `second`. Its time and heading are the initial ones. */
+ * `second`. The time and the heading are the initial ones. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],

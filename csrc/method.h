@@ -6,11 +6,11 @@
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and internal units. Working axes are principal axes in a certain order:
- * T is the symmetry axis of a symmetric body; otherwise B is the axis of the intermediate moment.
- * The internal units are powers of two times the user's units. In these units, the largest moment
- * and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit of
- * time. */
+/* A motion in working axes and internal units. Working axes are principal axes in a certain order.
+ * For a symmetric body, T is the symmetry axis; otherwise, B is the axis of the intermediate
+ * moment. The internal units are powers of two times the user's units. In these units, the largest
+ * moment and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit
+ * of time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -78,7 +78,7 @@ typedef struct kr_deviation {
 } kr_deviation;
 /* Time dependence of the torque that a change of a parameter causes. With STRENGTH, the torque is
  * proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE and
- * PHASE, it is proportional to the derivative of g(t) with respect to this parameter of the
+ * PHASE, the torque is proportional to the derivative of g(t) with respect to this parameter of the
  * shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
@@ -121,8 +121,8 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Driver functions that only some methods need. A program links them only if it uses such a
- * method. */
+/* Driver functions that only some methods need. A program links these functions only if it uses
+ * such a method. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);

@@ -1,6 +1,6 @@
 /* Checkpoints: saving a top to a block of memory, and loading it. A checkpoint holds the motions of
- * a top, with their work arrays, times, counts and internal units. It contains no pointers; loading
- * a checkpoint leaves the pointers of the top unchanged. After loading, a fixed-step motion
+ * a top, with their work arrays, times, counts and internal units. Checkpoints contain no pointers;
+ * loading a checkpoint leaves the pointers of the top unchanged. After loading, a fixed-step motion
  * continues on the same grid of times. An adaptive motion continues with the step size and order
  * that it chose last. A motion with dense output continues inside its last step. A checkpoint
  * consists of a header, the fields of KR_SAVED_TOP (top.h), the work arrays, the tangents, and the
@@ -153,7 +153,7 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
 /* Returns 1 if the `motion` and the `work` array of a checkpoint are valid for `top`. A matching
- * checksum is not sufficient, because it can be forged. The function therefore checks the
+ * checksum is not sufficient, because a checksum can be forged. The function therefore checks the
  * configuration and all counts, indices and loop bounds. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {

@@ -140,8 +140,8 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
  * the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns `step` with the sign of the direction of time: negative if `back` is nonzero. A step of 0
- * means that the method chooses; it becomes -0.1 if `back` is nonzero. */
+/* Returns `step` with the sign of the direction of time: negative if `back` is nonzero. A step of
+ * 0, with which the method chooses the step size, becomes -0.1 if `back` is nonzero. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);

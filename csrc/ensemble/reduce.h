@@ -3,8 +3,8 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* The current value of a reduction, and a second number. For a variance, this is the sum of squared
- * deviations; for an extremum, it is the time. */
+/* The current value of a reduction, and a second number. The second number is the sum of squared
+ * deviations for a variance, and the time for an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;

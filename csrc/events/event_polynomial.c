@@ -3,8 +3,8 @@
  * Components along body axes are linear in the attitude q, the vertical P or the angular velocity
  * W. For components along a unit vector e in space, with a vector v in the body frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * All numbers are in the units of the step. These are powers of two in which every component has
- * magnitude at most one. */
+ * All numbers are in the units of the step. The units are powers of two such that every component
+ * has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"

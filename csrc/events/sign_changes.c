@@ -4,9 +4,9 @@
  * sign, the interval contains no extremum. Any other interval is bisected (de Casteljau; Lane and
  * Riesenfeld 1981) until the values cannot be distinguished from zero. A value has a definite sign
  * only if its magnitude exceeds the rounding noise. If the polynomial stays below the noise between
- * two roots, it is taken to touch zero, and no sign change is reported. A root at the common point
- * of two steps is found exactly once, because the last sign of one step is carried over to the
- * next. */
+ * two roots, the roots are treated as a double root, and no sign change is reported. A root at the
+ * common point of two steps is found exactly once, because the last sign of one step is carried
+ * over to the next. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -65,7 +65,7 @@ static int note_sign(kr_sign_search *r, double p, double s)
     return changed;
 }
 /* Returns 1 if the value at the end of the interval decides whether the sign changes in the
- * interval. This holds if the polynomial has a constant sign, is monotonic, or is zero up to
+ * interval. The value decides if the polynomial has a constant sign, is monotonic, or is zero up to
  * rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {

@@ -1,9 +1,9 @@
 /* Conversion of a user's scene to the axes and units of the closed-form solution, for Kowalewski
- * and Goryachev-Chaplygin tops. These bodies have two equal moments. The distinct axis is the
- * principal axis of the remaining moment, and the centre of mass lies in the plane perpendicular to
- * this axis. Axis 3 of the closed-form solution is the distinct axis. Axis 1 is the direction of
- * the centre of mass, times `side` and the sign of gravity. The units are such that mass *
- * |gravity| * |com| = 1.
+ * and Goryachev-Chaplygin tops. The bodies of these tops have two equal moments. The distinct axis
+ * is the principal axis of the remaining moment, and the centre of mass lies in the plane
+ * perpendicular to this axis. Axis 3 of the closed-form solution is the distinct axis. Axis 1 is
+ * the direction of the centre of mass, times `side` and the sign of gravity. The units are such
+ * that mass * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
@@ -57,8 +57,8 @@ static kr_quat turn_about_third(double c, double s)
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Computes the components of q* v q along the axes of the closed-form solution. These axes are
- * rotated about the distinct axis. */
+/* Computes the components of q* v q along the axes of the closed-form solution, which are rotated
+ * about the distinct axis. */
 static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
 {
     dd r[3];

@@ -38,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. This is faster if the states do not fit in the cache, because
- * ordinary stores first read each cache line. */
+/* `stream` bypasses the cache. Bypassing the cache is faster if the states do not fit in it,
+ * because ordinary stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])

@@ -11,7 +11,7 @@
 /* With more than FEW_TIMES requested times, the states of each top are evaluated separately. GROUPS
  * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed-form solution without its frame. These are the first members of
+/* Number of doubles of a closed-form solution without its frame. The frame follows them in
  * kr_exact_form. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));

@@ -153,9 +153,10 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. It is
- * far below the values of these quantities in any motion that set_up_steady_motion does not handle.
- * If k'^2 is below CLOSE, the initial phase may be measured from the intermediate axis. */
+/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. The
+ * bound is far below the values of these quantities in any motion that set_up_steady_motion does
+ * not handle. If k'^2 is below CLOSE, the initial phase may be measured from the intermediate
+ * axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 

@@ -1,19 +1,18 @@
 /* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops,
  * and for any torque-free body. The method needs no intermediate steps, its error does not grow
  * with time, and it conserves all integrals. A step ends at the requested time. If no time is
- * requested, a step is one period of the nutation. For a Kowalewski or Goryachev-Chaplygin top, it
- * is then one period of the first angle of the torus. Sources: Klein and Sommerfeld (Theorie des
- * Kreisels) for the Lagrange top; Jacobi (1849) for the free body; Kowalevski (1889) and Koetter
- * (1893) for the Kowalewski top; Chaplygin (1901) for the Goryachev-Chaplygin top, except for its
- * heading. */
+ * requested, a step is one period of the nutation, or of the first angle for a motion on a torus.
+ * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top; Jacobi (1849) for the
+ * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
+ * Goryachev-Chaplygin top, except for its heading. */
 #include "dispatch.h"
 #include "method.h"
 #include "model/scene.h"
 #include "torus.h"
 
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). Their code is as large as that of all other closed-form solutions together.
- * If KR_NO_TORUS is defined, it is omitted, and the method does not apply to these tops. */
+ * Goryachev-Chaplygin). The code of these solutions is as large as that of all others together. If
+ * KR_NO_TORUS is defined, their code is omitted, and the method does not apply to these tops. */
 static const kr_torus_form *const torus_forms[] = {
 #ifndef KR_NO_TORUS
     &kr_kowalewski_form,
@@ -42,8 +41,8 @@ static const kr_torus_form *find_torus_form(kr_kind kind)
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the number of doubles that a top needs in addition to its kr_exact_form. They hold the
- * current plan, and a new plan while it is set up. */
+/* Returns the number of doubles that a top needs in addition to its kr_exact_form. The doubles hold
+ * the current plan, and a new plan during its set-up. */
 static size_t torus_doubles(const kr_torus_form *form)
 {
     return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);
@@ -62,7 +61,8 @@ size_t kr_exact_extra_doubles(void)
 }
 
 /* Returns the kr_exact_form at the beginning of the work array. If `aux` points to a kr_torus_form,
- * states are computed from a plan stored after it, and only its period is used. */
+ * states are computed from the plan that follows, and only the period of the kr_exact_form is
+ * used. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;

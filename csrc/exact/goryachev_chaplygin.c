@@ -285,9 +285,9 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan. It is the largest of the truncation error, the error of a
- * state near the initial time, and the rounding error of the heading. The last is the rounding
- * error of the mean rate of the heading, divided by the rate of an angle. The rates of the angles
+/* Returns the certificate of a plan. The certificate is the largest of the truncation error, the
+ * error of a state near the initial time, and the rounding error of the heading. The rounding error
+ * of the heading is that of its mean rate, divided by the rate of an angle. The rates of the angles
  * are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)

@@ -8,7 +8,7 @@
  * term divides it by its frequency, a sum or difference of multiples of the two rates. If the
  * quotient would be large, the term is integrated from the initial time instead (kr_slow_term). The
  * error of this integral grows by one rounding error of the coefficient for each radian of the
- * heading. This is less than the effect of rounding errors in the initial state.
+ * heading. This growth is smaller than the effect of rounding errors in the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -257,9 +257,9 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two terms of the heading that belong to a given multiple of each angle. Their frequencies are
- * the sum and the difference of the multiples of the rates. A term is `value` times a cosine or
- * sine. Integration divides a term by `rate`. */
+/* The two terms of the heading that belong to a given multiple of each angle. The frequencies of
+ * the two terms are the sum and the difference of the multiples of the rates. A term is `value`
+ * times a cosine or sine. Integration divides a term by `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

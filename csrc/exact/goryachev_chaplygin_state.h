@@ -81,7 +81,7 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     return finish_part(e, which, &p, a);
 }
 /* Writes the values of the series c and s of both angles. The four series have the same number of
- * terms. They are summed in parallel, because the steps of a single recurrence depend on each
+ * terms. All four are summed in parallel, because the steps of a single recurrence depend on each
  * other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {

@@ -294,8 +294,9 @@ static inline dd phase_at_start(const turning *r, wide mean)
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
  * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
  * directly, because the phase of a quantity near zero is inaccurate. The phase of the momentum is
- * less accurate if the momentum is nearly vertical. It is used only if the momentum, relative to
- * its largest value, is more than twice as large as the smaller of alpha and beta. */
+ * less accurate if the momentum is nearly vertical. The phase of the momentum is used only if the
+ * momentum is more than twice as large as the smaller of alpha and beta, each relative to its
+ * largest value. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -331,9 +332,9 @@ static inline mask is_resting_at_pole(const initial *s)
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. This is half the difference between the spin
- * and the component of W along the axis. The caller adds the result to the rate of alpha, and
- * subtracts it from the rate of beta. */
+/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
+ * spin and the component of W along the axis. The caller adds the result to the rate of alpha and
+ * subtracts the result from the rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));

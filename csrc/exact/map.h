@@ -49,8 +49,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the increase of the phase of alpha (sign 1) or beta (sign -1) in one step. It is computed
- * from the link that is symmetric about a turning height. */
+/* Returns the increase of the phase of alpha (sign 1) or beta (sign -1) in one step. The increase
+ * is computed from the link that is symmetric about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
@@ -148,7 +148,7 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->second, second);
 }
 /* Returns 1 if the axis is at rest. A top counts as at rest at a pole if its tilt and its velocity
- * are below 1e-100. Without gravity and momentum, it is at rest in any attitude. */
+ * are below 1e-100. Without gravity and momentum, a top is at rest in any attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -209,16 +209,16 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed-form solution reproduces the initial attitude `start`. It may fail to do
- * so if the step size is 1e-8 or less and the initial axis is very close to a pole. Double-double
- * then cannot resolve the distances from the pole. */
+/* Returns 1 if the closed-form solution reproduces the initial attitude `start`. The attitudes may
+ * differ if the step size is 1e-8 or less and the initial axis is very close to a pole.
+ * Double-double then cannot resolve the distances from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. If the step is so large
- * that 1 + b s < 0, it equals a step of the top with up and down exchanged. The solution then
- * starts from the first link of that top. */
+/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
+ * s < 0 equals a step of the top with up and down exchanged. The solution then starts from the
+ * first link of that top. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};

@@ -160,9 +160,10 @@ static inline wide sign_of(wide x)
 
 /* Sets the period and the mean rates of the Euler angles, from the rates of the phases of the
  * nutation, of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero.
- * The sense of the winding is opposite to the sign of y, which is the sign of `slope`. If they pass
- * through zero, their phase jumps by half a turn in an undefined sense. The winding number is then
- * defined as zero. For a free top, beta is a theta4, which has no zeros and does not wind. */
+ * The sense of the winding is opposite to the sign of y, which is the sign of `slope`. If theta1 or
+ * theta2 passes through zero, its phase jumps by half a turn in an undefined sense. The winding
+ * number is then defined as zero. For a free top, beta is a theta4, which has no zeros and does not
+ * wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -176,7 +177,7 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down exchanged, q -> i q. This turns upward gravity into downward
+/* Returns the top with up and down exchanged, q -> i q. The exchange reverses the direction of
  * gravity. */
 static inline exact_top seen_from_below(const exact_top *top)
 {

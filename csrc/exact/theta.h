@@ -13,8 +13,8 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative differences. The iteration therefore ends one step after they
- * fall below 1e-8, and this last step needs only double precision. */
+ * Every step squares the relative differences. The iteration therefore ends one step after the
+ * differences fall below 1e-8, and this last step needs only double precision. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -64,7 +64,7 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
  * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
- * by pi / T. If they are used, pi / T is stored in double-double. */
+ * by pi / T. If the series are dual, pi / T is stored in double-double. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));

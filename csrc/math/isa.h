@@ -1,15 +1,15 @@
 /* Support for files that are compiled once for each instruction set. KR_NAME appends the name of
  * the instruction set to the names of the functions that such a file exports. For each additional
- * instruction set, CMakeLists.txt passes an option such as -DKR_ISA=avx2. It also defines
- * KR_WITH_AVX2 and KR_WITH_AVX512 if these instruction sets are included in the build. If the
- * baseline is itself one of them, KR_BASE_NAME is its name. */
+ * instruction set, CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also
+ * defines KR_WITH_AVX2 and KR_WITH_AVX512 if these instruction sets are included in the build. If
+ * the baseline is itself such an instruction set, KR_BASE_NAME is its name. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects them
- * by function attributes. Clang defines no macros for such attributes, so kreisel.c defines
- * KR_TARGET_AVX2 etc. */
+/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects
+ * these features by function attributes. Clang defines no macros for such attributes, so kreisel.c
+ * defines KR_TARGET_AVX2 etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif

@@ -1,10 +1,10 @@
-/* Vectors of doubles with independent lanes, one lane for each top. The result in a lane does not
- * depend on the vector width: it is bitwise equal for all widths. The type `wide` has as many lanes
- * as a vector of the instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99,
- * or if KR_ONE_LANE is defined, it has one lane. The operators + - * / and unary - apply to values
- * of type `wide`, also in combination with a double. A `mask` holds one Boolean value for each
- * lane. Only wide_fma uses fused multiply-add, and only if the hardware has it. This header is
- * compiled once for each instruction set. */
+/* Vectors of doubles with independent lanes, one lane for each top. The results in a lane are
+ * bitwise equal for all vector widths. The type `wide` has as many lanes as a vector of the
+ * instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or if KR_ONE_LANE
+ * is defined, a `wide` has one lane. The operators + - * / and unary - apply to values of type
+ * `wide`, also in combination with a double. A `mask` holds one Boolean value for each lane. Only
+ * wide_fma uses fused multiply-add, and only if the hardware has it. This header is compiled once
+ * for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>

@@ -1,7 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Names of functions on vectors begin with
  * v_, and names of functions on quaternions with q_. A unit quaternion q rotates the vector v to q
- * v q*. In the thesis (Bodack 2008), a vector corresponds to half this quaternion in su(2), and
- * Phi^-1 denotes q. */
+ * v q*. In the thesis (Bodack 2008), the element of su(2) that represents a vector is half the pure
+ * quaternion of the vector, and Phi^-1 denotes q. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -72,7 +72,7 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude, and this choice
+/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; the choice
  * avoids jumps between successive quaternions. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {

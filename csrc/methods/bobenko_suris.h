@@ -3,10 +3,10 @@
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
- * The twist R is a rotation about the symmetry axis by the same angle in every step. It makes the
- * total rotation about this axis exact. Theorem 4.2 of the thesis (Bodack 2008) has 2 atan(h c / 2
- * I3) instead of h c / I3. Since R commutes with the drift and the kick, R^n is stored separately
- * and applied only when a state is read. */
+ * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist
+ * makes the total rotation about this axis exact. Theorem 4.2 of the thesis (Bodack 2008) has 2
+ * atan(h c / 2 I3) instead of h c / I3. Since R commutes with the drift and the kick, R^n is stored
+ * separately and applied only when a state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"

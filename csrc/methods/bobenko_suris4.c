@@ -11,8 +11,9 @@
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The additional rotations about e3 and a are the same in every step. They are not applied step by
- * step; reading the state after n steps applies n times their angles. */
+/* The additional rotations about e3 and a are the same in every step. These rotations are not
+ * applied step by step. Reading the state after n steps applies both rotations with n times their
+ * angles. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */

@@ -3,10 +3,10 @@
  * momentum M in the body frame,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
  * (Hirota and Kimura, Journal of the Physical Society of Japan 69, 2000; Kahan 1993). The map
- * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|. It
- * does not conserve m itself. The map applies only to free bodies. For the Lagrange top, the
- * corresponding map would also advance the vertical P in the body frame. That map does not conserve
- * |P| = 1, and P does not determine the attitude. */
+ * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|.
+ * The map does not conserve m itself. The map applies only to free bodies. For the Lagrange top,
+ * the corresponding map would also advance the vertical P in the body frame. That map does not
+ * conserve |P| = 1, and P does not determine the attitude. */
 #include "method.h"
 
 typedef struct {

@@ -3,8 +3,8 @@
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
  * The momentum h of a rotor, h_N N + h_B B + h_T T, is added to A w. The equations do not enforce
- * that (N, B, T) is orthonormal. After numerical integration, it is orthonormal only up to the
- * error of the method. */
+ * that (N, B, T) is orthonormal. After numerical integration, (N, B, T) is orthonormal only up to
+ * the error of the method. */
 #ifndef KR_REST_FRAME_H
 #define KR_REST_FRAME_H
 #include "method.h"

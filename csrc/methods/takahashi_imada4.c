@@ -1,6 +1,6 @@
 /* Half a modified kick (modified_kick.h), a free drift, and half a modified kick. The method has
- * order 4 with one kick per step. It requires a drift of order 4 or higher. For symmetric bodies,
- * the drift is exact (splitting.h). For other bodies, the drift is Suzuki's composition of the
+ * order 4 with one kick per step. The drift must have order 4 or higher. For symmetric bodies, the
+ * drift is exact (splitting.h). For other bodies, the drift is Suzuki's composition of the
  * rotations about N and T, without kicks. The method conserves <m,e3>, and for Lagrange tops also
  * the axial momentum. The error of the energy is bounded and O(h^4). The steps are symplectic. In
  * the states that are read, the processor changes the symplectic form by a bounded amount of

@@ -7,7 +7,7 @@
  * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, whereas a kick changes
  * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free
  * bodies. The method refuses steps in which the top may rotate by more than 1.25 rad, because the
- * series in h does not approximate the moments for larger steps. */
+ * series in h would not approximate the moments. */
 #include "modified_kick.h"
 #include "veselov.h"
 

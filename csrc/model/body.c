@@ -100,9 +100,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps for a kind assume a body without a rotor. They also apply if
- * the rotor is along the axis of symmetry. Such a rotor only adds the constant rate -rotor / I3 to
- * the rotation about this axis. */
+/* The closed-form solutions and maps for a kind assume a body without a rotor. A rotor along the
+ * axis of symmetry is also permitted. Such a rotor only adds the constant rate -rotor / I3 to the
+ * rotation about this axis. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);

@@ -25,7 +25,7 @@ double kr_acceleration_at(const kr_scene *scene, double t);
  * friction. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
-/* The function kr_state_<name> computes the quantity <name>. Its return type depends on the number
+/* The function kr_state_<name> computes the quantity <name>. The return type depends on the number
  * of doubles of the quantity. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);

@@ -65,8 +65,8 @@ TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
 /* Adds the product of two series to c. The contributions of even and odd terms of `a` are
- * accumulated in two parallel chains of fused multiply-adds. This function is the member `product`
- * of kr_step_polynomial. */
+ * accumulated in two parallel chains of fused multiply-adds. The function serves as the member
+ * `product` of kr_step_polynomial. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -1,7 +1,7 @@
 /* Vectors of doubles: a `quad` holds one quaternion (w,x,y,z), and a `duo` holds two. Each type is
  * a hardware vector if the instruction set has vectors of this width (x86-64-v4: 8 lanes, v3: 4,
- * baseline and arm64: 2). Otherwise, it is a pair of vectors of half the width, down to plain C99
- * doubles. The operation fma is a fused multiply-add if the hardware has one; otherwise it is a
+ * baseline and arm64: 2). Otherwise, the type is a pair of vectors of half the width, down to plain
+ * C99 doubles. The operation fma is a fused multiply-add if the hardware has one; otherwise it is a
  * product followed by a sum. The results therefore depend only on whether the hardware has a fused
  * multiply-add. This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H

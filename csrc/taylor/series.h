@@ -146,7 +146,7 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Their
+/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. The
  * results have two correct digits, which suffice for a step size. Since the logarithm is later
  * divided by the order, approx_log2 may use the mantissa itself in place of its logarithm. */
 INLINE double approx_log2(double x)
@@ -177,7 +177,7 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size for which the last term equals the tolerance. The radius of convergence is
  * estimated from two terms (Jorba and Zou 2005), because every other term of an even or odd series
- * vanishes. These are the two terms before the last, so that the step size can be computed at the
+ * vanishes. The two terms are those before the last, so that the step size can be computed at the
  * same time as the last term. Very close to an unstable equilibrium, all terms are below the
  * tolerance and give no estimate. The step size is therefore limited so that, even if the top
  * falls, the omitted terms are smaller than the last one. */

@@ -3,12 +3,12 @@
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *
- * Here O is the angular velocity of the support, and U that of the body relative to the support,
- * both in the body frame; a is the apex. G = base + sway cos(...) is the acceleration along -e3,
+ * Here O is the angular velocity of the support, U that of the body relative to the support, and a
+ * the apex. All are in the body frame. G = base + sway cos(...) is the acceleration along -e3,
  * relative to the acceleration included in c. Like series.h, which includes it, this source is
  * compiled in doubles and in double-double. Without friction, lane 0 of W is unused. With friction,
- * it holds the spin <U, a> while the top slides. While friction holds the top, it holds the
- * friction torque relative to the limit of friction. */
+ * lane 0 contains the spin <U, a> while the top slides. While friction holds the top, lane 0
+ * contains the friction torque relative to the limit of friction. */
 
 /* Series that are needed only during the expansion. In double-double, the low words follow at the
  * offset that vector loads and stores use. Member w holds U, and the lanes of member x hold G. */

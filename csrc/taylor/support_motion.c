@@ -143,7 +143,7 @@ static dd reduce_angle(dd angle)
     return rest;
 }
 /* Writes the cosine and the sine of the phase of the shaking, at the time `since` after the initial
- * time. Both have the accuracy of doubles. */
+ * time. The results have the accuracy of doubles. */
 static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
@@ -397,8 +397,8 @@ static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
 }
-/* Chooses a shorter unit of time if W exceeds one. This happens if a shaken support has increased
- * the energy. */
+/* Chooses a shorter unit of time if W exceeds one. W can exceed one if a shaken support has
+ * increased the energy. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 {
     const double size = v_length(v_of(p->series->end_w + 1));

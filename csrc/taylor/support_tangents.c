@@ -4,10 +4,9 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Constants and values of the path, in the units of the series. The first are the moments, the
- * damping, the rotor and the angular velocity of the support. The rate of the shaking, the two
- * parts of G, and the lever of G follow. The last are the attitude, and the cosine and sine of the
- * phase of the shaking. */
+/* Constants and values of the path, in the units of the series. Constants are the moments, the
+ * damping, the rotor, the turning, the rate of the shaking, the two parts of G, and the lever of G.
+ * Values are the attitude, and the cosine and sine of the phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
@@ -17,7 +16,7 @@ typedef struct support_data {
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives with respect to the parameter of a deviation. They are B, F, y, b and k of
+/* Derivatives with respect to the parameter of a deviation. The derivatives are B, F, y, b and k of
  * support_deviation.h, and those of the support's angular velocity, the apex and the friction. */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;

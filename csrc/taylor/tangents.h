@@ -16,10 +16,10 @@
 
 /* Taylor series of eight numbers about the time t. The series are valid on a step of the path, or
  * on one part of the step if the tangents need shorter parts. For a single deviation, the eight
- * numbers are (0, theta | 0, N). If there are enough deviations, they form batches, in which six
- * structs hold eight deviations. Struct k holds component k of (theta, N) for each deviation. The
- * two layouts give bitwise equal results. For 20 and 30 digits, each struct is an array of two
- * structs, with the high words and the low words, sizeof(kr_series) bytes apart. */
+ * numbers are (0, theta | 0, N). Larger numbers of deviations form batches, in which six structs
+ * hold eight deviations. Struct k holds component k of (theta, N) for each deviation. The two
+ * layouts give bitwise equal results. For 20 and 30 digits, each struct is an array of two structs,
+ * with the high words and the low words, sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

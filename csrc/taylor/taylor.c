@@ -83,9 +83,9 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two above every W that the energy permits. It also exceeds the rates of the
- * damping, of the support motion, and of the rotation of W due to the rotor. Damping does not
- * increase the energy, hence
+/* Returns a power of two above every W that the energy permits. The result also exceeds the rates
+ * of the damping, of the support motion, and of the rotation of W due to the rotor. Damping does
+ * not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
@@ -107,9 +107,9 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[1].shift[lane] = shift.lo;
 }
 /* Sets the terms of the rotor, with h in the unit of time of the series. If two moments are equal,
- * the coefficient of the product of the corresponding angular velocities is zero. It is then
- * replaced by LEAST_FACTOR, which is negligible, so that the term of the rotor can be added to a
- * factor of this product. */
+ * the coefficient of the product of the corresponding angular velocities is zero. This coefficient
+ * is then replaced by the negligible LEAST_FACTOR, so that the term of the rotor can be added to a
+ * factor of the product. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];

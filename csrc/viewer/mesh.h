@@ -27,15 +27,15 @@ typedef struct kr_trail {
 
 /* Returns a cuboid with the same inertia, mass and centre of mass as the body. For an unphysical
  * body, there is no such cuboid. The function then returns a cuboid with the same inertia and the
- * same product mass * com. The density of this cuboid is 1 if possible; otherwise it is the largest
- * such cuboid. If this is also impossible, returns a cube with edges of length 2. */
+ * same product mass * com. The density of this cuboid is 1 if possible; otherwise, the cuboid is
+ * the largest possible one. If this is also impossible, returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the magnitudes of the momentum and the angular velocity that determine the scale of the
  * picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest
  * possible loss of potential energy, with the largest moment I. The magnitude of the angular
- * velocity is the bound of |m| - |rotor| divided by I, plus the rate of the support. It is at least
- * the initial value. Energies are computed in the inertial frame. A zero result, as for a top that
- * cannot move, is replaced by 1. */
+ * velocity is the bound of |m| - |rotor| divided by I, plus the rate of the support. The written
+ * value is at least the initial value. Energies are computed in the inertial frame. A zero result,
+ * as for a top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points are up to 2 % closer
  * to the centre. Returns the number of points, at most KR_MESH_POINTS. */
