@@ -735,7 +735,7 @@ typedef struct kr_goryachev_chaplygin {
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Does the same as kr_kowalewski_plan for these tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
+/* Like kr_kowalewski_plan, for Goryachev-Chaplygin tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */

@@ -182,7 +182,7 @@ struct kr_method {
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;
-    /* A zero rotor is not added, because that could change the sign of a negative zero. */
+    /* A zero rotor is not added, because the addition could change the sign of a negative zero. */
     return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
 }
 /* Returns the angular velocity in the body frame, given the momentum M in the body frame. */

@@ -456,10 +456,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records the states at the longest possible initial part of n times, for a method that evaluates
- * many times in one call. Each of these times must lie beyond the main motion and the previous
- * time. Returns the number of recorded states. If the result is 0, the caller must use record_one
- * for the first time. Sets `status` to the status of a failed step. */
+/* Records the states at as many of n times as possible, starting with the first, for a method that
+ * evaluates many times in one call. Each of these times must lie beyond the main motion and the
+ * previous time. Returns the number of recorded states. If the result is 0, the caller must use
+ * record_one for the first time. Sets `status` to the status of a failed step. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

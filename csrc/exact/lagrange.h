@@ -294,9 +294,9 @@ static inline dd phase_at_start(const turning *r, wide mean)
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
  * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
  * directly, because the phase of a quantity near zero is inaccurate. The phase of the momentum is
- * less accurate if the momentum is nearly vertical. The phase of the momentum is used only if the
- * momentum is more than twice as large as the smaller of alpha and beta, each relative to its
- * largest value. */
+ * less accurate if the momentum is nearly vertical. Relative to their largest values, the momentum
+ * must be more than twice as large as the smaller of alpha and beta; otherwise its phase is not
+ * used. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {

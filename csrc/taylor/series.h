@@ -225,7 +225,7 @@ APART void expand_damped(kr_series *s, int from, int order, form what)
 #ifndef KR_NO_SUPPORTS
 #  include "support.h"
 #endif
-/* Computes the coefficients with indices from + 1 to `order`. */
+/* Computes the coefficients with indices `from` + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];

@@ -176,7 +176,7 @@ INLINE void next_support_coefficient(kr_series *s, kr_series *own, turned_suppor
         duo_store(s->x[n + 1], attitude_rates(&a.plain, duo_inverse(n + 1)));
     set_velocities(s, own, of, n + 1, w, o, turns, 0);
 }
-/* Computes the coefficients with indices from + 1 to `order`. */
+/* Computes the coefficients with indices `from` + 1 to `order`. */
 INLINE void expand_support_form(kr_series *s, int from, int order, form what, int turns, int shakes)
 {
     support_series series;
@@ -194,8 +194,8 @@ APART void expand_moving(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, WHOLE, s->turns != 0.0, s->shakes != 0.0);
 }
-/* Computes the coefficients with indices from + 1 to `order` for a top with friction or on a moving
- * support. */
+/* Computes the coefficients with indices `from` + 1 to `order` for a top with friction or on a
+ * moving support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {
     (void)what;
@@ -218,8 +218,8 @@ APART void expand_support_headless(kr_series *s, int from, int order)
 {
     expand_support_form(s, from, order, HEADLESS, 0, 1);
 }
-/* Computes the coefficients with indices from + 1 to `order` for a top with friction or on a moving
- * support. */
+/* Computes the coefficients with indices `from` + 1 to `order` for a top with friction or on a
+ * moving support. */
 INLINE void expand_support(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)

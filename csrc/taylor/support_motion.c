@@ -1,8 +1,9 @@
 /* Tops with dry friction, or on a support that rotates or shakes (support.h): constants and steps.
- * Each step starts from the exact position of the support at that time. On a step, the spin of a
- * sliding top, and the torque that holds a top, are polynomials in time. A step ends where the spin
- * reaches zero or the torque reaches its limit. The time of this end is accurate up to rounding
- * errors: those of double-double if there are more than 16 digits, else those of doubles. */
+ * Each step starts from the exact position of the support at that time. Within a step, the spin of
+ * a sliding top, and the torque that holds a top, are polynomials in time. A step ends where the
+ * spin reaches zero or the torque reaches its limit. The time of this end is accurate up to
+ * rounding errors: those of double-double if there are more than 16 digits, else those of
+ * doubles. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
