@@ -3,21 +3,21 @@
  *     dm/dt = mass g e3 x a - D (w - turning) - turning x m + dry friction,   a = q com q*
  *     dq/dt = (w - turning) q / 2,   m = J w + rotor,   g = gravity - A r^2 cos(r t + phase)
  *
- * with the angular velocity w in the inertial frame, and the A and r of a shaken support.
+ * with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken support.
  *
- * Frames   Space has the axes e1, e2, e3, with gravity along -e3. If the support turns, these axes
- *          turn with it relative to the inertial frame. The body has the frame of description, in
- *          which the user describes it, and the principal axes of inertia at the fixed point (N, B,
- *          T). An attitude q rotates vectors from the frame of description into space: v_space =
- *          q v q*. The angular momentum m is a vector in space. The apex is the direction from the
- *          fixed point to the centre of mass, or T if these points coincide.
- * Units    Any consistent set of units. The dimension of a number is given in brackets, as powers
- *          of mass M, length L and time T.
- * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
- *          allocate).
- * Errors   A function that can fail returns a kr_status and writes its result through its last
- *          argument. On failure the result is unchanged.
- * Threads  There is no global state. Different threads can use different tops at the same time,
+ * Frames:  Space has the axes e1, e2, e3, with gravity along -e3. If the support rotates, these
+ *          axes rotate with it. The body has two frames: the frame of description, in which the
+ *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
+ *          rotates vectors from the frame of description into space: v_space = q v q*. The angular
+ *          momentum m has components in space. The apex is the direction from the fixed point to
+ *          the centre of mass, or T if these points coincide.
+ * Units:   Any consistent set of units. Dimensions are given in brackets, as powers of mass M,
+ *          length L and time T.
+ * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
+ *          optional GSL methods).
+ * Errors:  A function that can fail returns a kr_status and writes its result through its last
+ *          argument. On failure, the result is unchanged.
+ * Threads: There is no global state. Different threads can use different tops at the same time,
  *          but only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H
@@ -107,18 +107,18 @@ typedef struct kr_body {
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
-     * given. At least 0 and less than 1; values below 1e-12 count as 1e-12. */
+     * given. At least 0 and less than 1; values below 1e-12 are treated as 1e-12. */
     double rounded;
-    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes
-     * [M L^2 T^-1]. It is a part of the momentum m. The moments include the rotors at rest. */
+    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
+     * L^2 T^-1]. The momentum m includes it. The moments are those with locked rotors. */
     kr_vec3 rotor;
 } kr_body;
 
 typedef struct kr_state {
     double t;  /* [T] */
     kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
-    /* Angular momentum about the fixed point [M L^2 T^-1]: that of the motion in the inertial
-     * frame, with components along the axes of the support. */
+    /* Angular momentum about the fixed point in the inertial frame, along the axes of the support
+     * [M L^2 T^-1]. */
     kr_vec3 m;
 } kr_state;
 /* The fixed point moves along e3 by amplitude * cos(rate * t + phase) at the time t. */
@@ -131,53 +131,52 @@ typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
-    /* Linear damping, as by air that turns with the support: the torque along each principal axis
-     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
-     * [M L^2 T^-1]. Strong damping costs no more steps than the slow motion that remains, unless
-     * there are tangents, a rotor, a moving support or friction, or time runs backward. */
+    /* Linear damping, as by air that rotates with the support: the torque along each principal axis
+     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping [M
+     * L^2 T^-1]. Strong damping needs short steps only if there are tangents, a rotor, a moving
+     * support or friction, or if time runs backward. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
-     * except m, are those seen from the support. */
+     * except m, are relative to the support. */
     kr_vec3 turning;
     kr_shaking shaking;
-    /* Dry friction: a torque of this constant size about the apex, against the spin [M L^2 T^-2].
-     * It holds a top without spin, as long as a torque of at most this size is needed. */
+    /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
+     * T^-2]. If the spin is zero, friction keeps it zero as long as this needs no larger torque. */
     double friction;
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia is diagonal, the given axes are used as principal axes. Otherwise the principal axes are
- * right-handed and as near as possible to the frame of description. For a Lagrange top, T is the
- * axis of symmetry. */
+ * inertia tensor is diagonal, the given axes are the principal axes. Otherwise, the principal axes
+ * are right-handed and as near as possible to the frame of description. For a Lagrange top, T is
+ * the axis of symmetry. */
 
-/* Makes a cuboid from its density [M L^-3], half edges, and the fixed point relative to its centre
- * [L]. */
+/* Makes a cuboid, given its density [M L^-3], its half edges, and the fixed point relative to its
+ * centre [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a symmetric body with the axis T: i1 and i3 are the moments about an axis normal to T and
- * about T, at the fixed point [M L^2]. `height` is the position of the centre of mass on T [L]. */
+/* Makes a body that is symmetric about T. The moments at the fixed point are i3 about T, and i1
+ * about axes normal to T [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Smallest allowed ratio of the smallest to the largest moment of a tensor that is not diagonal.
- * Below this ratio rounding errors leave too few correct digits of the smallest moment. */
+/* Lower limit of the ratio of the smallest to the largest moment of a tensor that is not diagonal.
+ * Below this limit, rounding errors leave too few correct digits of the smallest moment. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its tensor of inertia at the fixed point, row by row [M L^2]. Also returns
- * KR_ERR_BODY for a tensor below KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Also returns
+ * KR_ERR_BODY if the ratio of the moments is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* Makes a body from its tensor of inertia about the centre of mass `com`. The body turns about the
- * fixed point `pivot`. */
+/* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
-/* Makes a body from a tensor of inertia at the fixed point. The tensor may be rounded, up to the
- * relative tolerance `rounded` (see kr_body.rounded). */
+/* Makes a body from an inertia tensor at the fixed point that has been rounded, with the relative
+ * tolerance `rounded` (see kr_body.rounded). */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Sets kr_body.rotor from a momentum in the frame of description [M L^2 T^-1]. */
 KR_API void kr_body_set_rotor(kr_body *body, kr_vec3 rotor);
 /* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
-/* Returns 1 if a distribution of mass with this inertia, mass and centre of mass exists, else 0.
- * The relative tolerance is 1e-6 + kr_body.rounded. The library also accepts unphysical bodies,
- * because the mass and lever of many tops in the literature are invented. */
+/* Returns 1 if some distribution of mass has this inertia, mass and centre of mass, else 0. The
+ * relative tolerance is 1e-6 + kr_body.rounded. The library also accepts unphysical bodies, because
+ * many tops in the literature have fictitious masses and lever arms. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* Kinds of tops: X(kind, name). */
@@ -197,11 +196,11 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance with which the library determines the kind: 32 units in the last place. It
- * covers the rounding errors of the moments and the centre of mass. */
+/* Relative tolerance with which the library determines the kind: 32 units in the last place. The
+ * tolerance allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
-/* Returns the kind of a body. Numbers within the relative tolerance `rtol` count as equal. */
+/* Returns the kind of a body. Numbers within the relative tolerance `rtol` are treated as equal. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* Returns the scene of chapter 6 of the thesis (Bodack 2008), a cuboid. */
@@ -209,14 +208,13 @@ KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* The constant table of the quantities of a state. A vector has components in space, or in the
- * frame of description if its name begins with body_. Euler's angles are z-x-z. Three rotations
- * carry the axes of space to a frame fixed in the body: by precession_angle about e3, by nutation
- * about the line of nodes e3 x apex, and by spin_angle about the apex. The frame fixed in the body
- * is the frame of description, rotated the shortest way so that its third axis becomes the apex. If
+/* The constant table of the quantities of a state. Vectors have components in space, or in the
+ * frame of description if their name begins with body_. The Euler angles are z-x-z. They rotate the
+ * space axes to a body-fixed frame. The rotations are by precession_angle about e3, by nutation
+ * about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed frame is
+ * the frame of description after the shortest rotation that takes its third axis to the apex. If
  * this rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is
- * vertical, precession_angle and spin_angle are rotations about the same axis. Both are then equal
- * up to sign. */
+ * vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -240,20 +238,20 @@ KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);
 /* Returns the flags of a quantity: a sum of KR_QUANTITY_TURNS, KR_QUANTITY_CONSERVED and
  * KR_QUANTITY_IN_EVENTS. */
 KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
-/* Writes the values of a quantity at n states, n * kr_quantity_doubles numbers. */
+/* Writes the values of a quantity at n states: n * kr_quantity_doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
 /* Returns the suffix of the name of component i, such as "" or "_x". Returns NULL if there is no
  * component i. */
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
-/* Returns the index of a component from its name, such as "apex_z", "q_w" or "spin"; -1 if no
- * quantity with KR_QUANTITY_IN_EVENTS has this component. */
+/* Returns the index of the component with this name, such as "apex_z", "q_w" or "spin". Returns -1
+ * if there is no such component of a quantity with KR_QUANTITY_IN_EVENTS. */
 KR_API int kr_component_find(const char *name);
 
 /* Returns the angular velocity relative to the support [T^-1]. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
-/* Returns the torque of gravity, and of the shaking [M L^2 T^-2]. */
+/* Returns the torque due to gravity and shaking [M L^2 T^-2]. */
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
 /* Returns the apex, a unit vector. */
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
@@ -263,29 +261,29 @@ KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 fra
 KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
 /* Returns the kinetic energy relative to the support [M L^2 T^-2]. */
 KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
-/* Returns the potential energy, with g at the time of the state. On a turning support it includes
+/* Returns the potential energy, with g at the time of the state. On a rotating support, it includes
  * the centrifugal potential: -turning J turning / 2 - <rotor, turning> [M L^2 T^-2]. */
 KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
-/* Returns the sum of kinetic and potential energy. On a turning support this is Jacobi's integral:
- * the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
+/* Returns the sum of kinetic and potential energy. On a rotating support, this is the Jacobi
+ * integral: the energy in the inertial frame minus <turning, m> [M L^2 T^-2]. */
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 /* Returns the vertical momentum <m, e3> [M L^2 T^-1]. */
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns Kowalewski's integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass *
- * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
+/* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
+ * * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns Goryachev and Chaplygin's integral G [T^-3] (Bodack 2008, 5.2), a function of the same
+/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
  * variables as K. Returns NaN unless the body is a Goryachev-Chaplygin top. G is constant only if
  * <m, e3> = 0. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
  * conserves with this step. Returns NaN unless the body is a Lagrange top. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2]. It equals
- * the energy up to a constant and O(step^4). Returns NaN if the body is not a Lagrange top, or if
- * the step is too large for the method. */
+/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2], which
+ * equals the energy up to a constant and O(step^4). Returns NaN if the body is not a Lagrange top,
+ * or if the step is too large for the method. */
 KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
@@ -319,15 +317,15 @@ enum {
     KR_FLAG_LIST(KR_X_)
 #undef KR_X_
 };
-/* Returns the flag with this name; 0 if unknown. */
+/* Returns the flag with this name, or 0 if the name is unknown. */
 KR_API unsigned kr_flag_find(const char *name);
 /* Returns the name of a single flag, or NULL. */
 KR_API const char *kr_flag_name(unsigned flag);
 /* Returns the description of a single flag, or NULL. */
 KR_API const char *kr_flag_text(unsigned flag);
 
-/* Methods, a constant table. A static program that uses kr_method_strang and the like, and neither
- * the table nor kr_method_find, links only the methods that it names. */
+/* Methods, a constant table. A statically linked program that refers to kr_method_strang etc., but
+ * not to the table or kr_method_find, links only these methods. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -338,16 +336,16 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
 KR_API size_t kr_method_count(void);
 /* Returns the method with index i. */
 KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. If the method was left out when the library was
- * built, kr_top_create returns KR_ERR_NOT_BUILT for the result. */
+/* Returns the method with this name, or NULL. If this build of the library omits the method,
+ * kr_top_create returns KR_ERR_NOT_BUILT for the result. */
 KR_API const kr_method *kr_method_find(const char *name);
 /* Returns the name of a method. */
 KR_API const char *kr_method_name(const kr_method *method);
 /* Returns a description of a method. */
 KR_API const char *kr_method_text(const kr_method *method);
-/* Returns a description of what a method conserves up to rounding. */
+/* Returns a description of the integrals that a method conserves up to rounding errors. */
 KR_API const char *kr_method_conserves(const kr_method *method);
-/* Returns the source of a method in the literature. */
+/* Returns a literature reference for a method. */
 KR_API const char *kr_method_reference(const kr_method *method);
 /* Returns the order of a method, or 0 if the method chooses its order during a run. */
 KR_API int kr_method_order(const kr_method *method);
@@ -355,100 +353,99 @@ KR_API int kr_method_order(const kr_method *method);
 KR_API unsigned kr_method_flags(const kr_method *method);
 /* Returns 1 if a method applies to a body under any gravity, else 0. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* Returns 1 if a method applies to a scene, else 0. Some methods apply to more bodies if the
- * gravity is zero. */
+/* Returns 1 if a method applies to a scene, else 0. Some apply to more bodies without gravity. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude.
- * It is the time of a turn by 2^53 rad, at the rate given by the momentum or at that of a pendulum,
- * whichever is larger; INFINITY for a top at rest without torque, and 0 if the scene is invalid.
- * Later times are refused (KR_ERR_RESOLUTION), also earlier ones if damping drives a top back. */
+/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude. It
+ * is the time of a rotation by 2^53 rad, at the rate of the initial momentum or of a pendulum,
+ * whichever is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene
+ * is invalid. Later times are refused (KR_ERR_RESOLUTION), and so are earlier ones if damping
+ * accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
-/* A moving top. A fixed-step method steps along the grid start.t + k * step. A state between two
- * grid points is computed by a side step from the first of them. The steps of an adaptive method do
- * not depend on the requested times. A state therefore does not depend on the other requested
- * times, or on their division into calls. */
+/* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A
+ * separate step from the last grid point gives the state at a time between grid points. The steps
+ * of an adaptive method do not depend on the requested times. A state therefore does not depend on
+ * the other requested times, or on how they are divided into calls. */
 typedef struct kr_config {
-    /* The step [T]. For an adaptive method this is the first step, or 0 to let the method choose
-     * the first step. A negative step goes backward in time. Grid points beyond 2^50 steps from t =
-     * 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
+    /* The step size [T]. For an adaptive method, the size of the first step, or 0 to let the method
+     * choose. If negative, time runs backward. Grid points more than 2^50 steps from t = 0 are
+     * refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: the default. */
+    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: default. */
     double tol;
-    /* Largest number of steps; 0: no limit. An adaptive method without dense output reaches a time
-     * inside a step by side steps. The number of side steps is limited by max_steps and by 1024. */
+    /* Maximum number of steps; 0: no limit. An adaptive method without dense output needs
+     * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
-    /* Callback, called at least every 256 steps and 1024 states, and in every step by an adaptive
+    /* Callback, called at least every 256 steps and 1024 states, and at every step by an adaptive
      * method without dense output. A nonzero result stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
-     * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 shortens the
-     * steps. Compare two results with different steps to see how many digits are correct. */
+     * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 makes the
+     * steps shorter. Compare results with different steps to see how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
-     * only up to a rotation about the vertical, at lower cost. Not on turning supports. */
+     * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
-     * which select the derivatives. There is none by friction = 0, nor by com = 0 with friction. */
+     * which select derivatives. Those by friction at 0, and by com at 0 with friction, do not
+     * exist. */
     uint64_t tangents;
 } kr_config;
-/* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a
- * step. */
+/* Returns the default: all numbers zero, no callback. A fixed-step method also needs a step. */
 KR_API kr_config kr_config_default(void);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
 } kr_stats;
 typedef struct kr_top kr_top;
 
-/* Allocates a top at the start of the scene. Free it with kr_top_free. */
+/* Allocates a top in the initial state of the scene. Free it with kr_top_free. */
 KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                                kr_top **top);
 /* Frees a top; NULL is ignored. */
 KR_API void kr_top_free(kr_top *top);
-/* Advances to the end of the method's next step. On failure the top keeps its last valid state. */
+/* Advances to the end of the next step. On failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances to time t [T]. On failure the top keeps its last valid state, at or before t. */
+/* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to each of t[0], t[1], ... in the direction of the step and writes the states. `done`
- * (may be NULL) receives the number of valid states; the elements of `out` after them are
- * unchanged. On failure the top keeps its last valid state. */
+/* Advances to each of t[0], t[1], ... in the direction of the step, and writes the states. `done`
+ * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
+ * failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* Does the same as kr_top_record, and writes the digits beyond double precision to `low`: out + low
- * has the requested digits, and low.t is 0. */
+/* Does the same as kr_top_record, and writes the digits beyond double precision to `low`. The sum
+ * out + low has the requested number of digits, and low.t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
-/* Restarts the top at a state, as if kr_top_create had been called with this start. The counts of
- * kr_top_stats begin at zero; watched events are kept. Fails as kr_top_create does, and then leaves
- * the top unchanged. */
+/* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
+ * of kr_top_stats, and keeps the watched events. Leaves the top unchanged on failure. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Restarts the top with another scene, like kr_top_reset. To push a moving top, or to change its
- * body, start the scene at kr_top_state. The grid of steps and the tangents start anew. Returns
+ * body, use kr_top_state as scene->start. The grid and the tangents also restart. Returns
  * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits.
- * scene->start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
+/* Does the same as kr_top_set_scene, with the initial state scene->start + low, for more than 16
+ * digits. The rounded sum must be scene->start, as in kr_top_state and kr_top_low; low.t is 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
-/* Returns the digits of the current state that kr_top_state cannot store; low.t is 0. */
+/* Returns the digits of the current state beyond double precision; t is 0. */
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* Returns the time reached [T]. `poll` may call this function. */
+/* Returns the current time of the top [T]. `poll` may call this function. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
  * order in use to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents: derivatives of the state. The state is bitwise the same with and without them.
- * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
- * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
- * the derivatives with respect to the same 6 numbers at the start. Moments, com, damping and rotor
- * are along the principal axes. The derivative with respect to a parameter is taken at fixed
- * initial momentum. */
+/* Tangents, the derivatives of the state: X(parameter, bit, number of columns, name). States are
+ * bitwise equal with and without tangents. The 6 rows are the rotation vector of the attitude in
+ * the frame of description [rad], followed by the momentum in space. The 6 columns for START are
+ * the derivatives with respect to the same 6 initial values. Moments, com, damping and rotor are
+ * along the principal axes. Derivatives with respect to parameters are at fixed initial
+ * momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -471,46 +468,46 @@ enum {
 /* clang-format on */
 /* Returns the number of columns of the tangents selected by these flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the low
- * words, the digits beyond double precision, to `low`, which may be NULL. Returns KR_ERR_ARGUMENT
- * for a top without tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
+ * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
+ * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Returns an estimate of the relative truncation error of the tangents: the largest ratio so far of
- * the last term of a tangent's series to the size of the tangent. The steps are chosen without
- * regard to the tangents. */
+/* Returns an estimate of the relative truncation error of the tangents. It is the largest ratio so
+ * far of a series' last term to the norm of the tangent. Tangents do not affect the steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
-/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
- * tangents [n][6][columns] by the same parameters. That of q is a rotation vector (3 numbers).
- * Derivatives that do not exist are NaN: those of Euler's angles at a vertical apex, of the apex by
- * com at com = 0, of body_acceleration with friction, and of K and G if a change makes them NaN. */
+/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
+ * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
+ * do not exist are NaN. This concerns Euler angles at a vertical apex, the apex by com at 0,
+ * body_acceleration with friction, and K and G if they become NaN. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
- * its start) and config (except max_steps and poll). The top then continues with bitwise equal
- * states and the same events. If taylor continues with another kernel, the states agree up to
- * rounding only. (All kernels with fused multiply-add give bitwise equal results.) */
+ * `start`) and configuration (except max_steps and poll). The top then continues with bitwise equal
+ * states and the same events. If taylor continues with another kernel, the states agree only up to
+ * rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 /* Writes a checkpoint to `memory`, whose `size` must be kr_top_save_size. */
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
-/* Restores a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint
- * is damaged or belongs to another version, kind of machine, scene or method. */
+/* Loads a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint is
+ * damaged, or is for another version, kind of machine, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
- * of terms factor * first * second, with the indices of two components (kr_component_find). */
+ * of terms factor * first * second, where first and second are the indices of components
+ * (kr_component_find). */
 typedef struct kr_term {
     double factor;
     int first, second;
 } kr_term;
-/* Returns the sum of n terms at a state. */
+/* Returns the value of the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a change of sign of g, or the stop of a top by friction if g is the spin. Values of g
- * below 2^-50 times the size of its terms (2^-40 times at the start) count as zero. */
+/* An event is a sign change of g. If g is the spin, the stop of a top by friction is also an event.
+ * Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -523,24 +520,26 @@ typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
 } kr_event_hit;
-/* Sets the events that kr_top_seek stops at. `events` must live as long as the top or until the
- * next call. Events do not change the path. Returns KR_ERR_NO_EVENTS for methods other than
- * taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
+/* Sets the events at which kr_top_seek stops. `events` must remain valid until the next call, or
+ * until the top is freed. Events do not affect the path. Returns KR_ERR_NO_EVENTS for methods other
+ * than taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the
+ * heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event lies in a
- * step too short for doubles to resolve the times in it. */
+ * step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Many tops. A worker integrates any number of tops by one method, one after the other or one in
- * each lane of a vector, and owns the memory that it needs. Each thread needs its own worker. If
- * the method is NULL, tops that kr_exact_plan accepts use their closed form, and all other tops use
- * taylor. The results of a top depend only on this top and its times, not on other tops, their
- * order, the number of calls, or failures. The results are bitwise equal to those of kr_exact_state
- * or of a kr_top, with one exception: undamped tops that taylor integrates with up to 16 digits run
- * in lanes. Lanes give bitwise equal results on all instruction sets with fused multiply-add. */
+/* Many tops. A worker integrates any number of tops by one method, one after the other or in
+ * parallel lanes of a vector. It owns the memory that it needs. Each thread needs its own worker.
+ * If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution, and all
+ * other tops use taylor. The results for a top depend only on this top and its times, not on other
+ * tops, their order, the number of calls, or failures. Results are bitwise equal to those of
+ * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates with up to 16
+ * digits. These run in lanes, with bitwise equal results on all instruction sets with fused
+ * multiply-add. */
 typedef struct kr_worker kr_worker;
-/* Reductions of a component over the times of a top: X(kind, name). The variance is that of a
- * population; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
+/* Reductions of a component over the times of a top: X(kind, name). VARIANCE is the population
+ * variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
  * results except LAST are NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
@@ -565,14 +564,15 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth of one tangent of an undamped top, computed by taylor with up to 16 digits. The tangent is
- * measured in the internal units of the top and has size 1 at the start. Two solutions that never
- * grow, the flow and the rotation about the vertical, are projected out. All values are measured
- * from the start of the path: the logarithm of the size (divided by the time: the Lyapunov
- * exponent); the mean of MEGNO; the largest logarithm (the orthogonal indicator); the relative
- * errors of the derivatives of energy and <m, e3> along the tangent, which are constant in exact
- * arithmetic; and the largest last term of the tangent's series, relative to its size. Steps too
- * long for this series are shortened. The status is KR_ERR_TANGENT if no step is short enough. */
+/* Growth of one tangent of an undamped top, computed by taylor with up to 16 digits. The norm of
+ * the tangent is measured in the internal units of the top, and is initially 1. Two solutions that
+ * never grow, the flow and the rotation about the vertical, are projected out. All values refer to
+ * the path from its beginning. LOG is the logarithm of the norm; divided by the time, it is the
+ * Lyapunov exponent. MEGNO is the mean of MEGNO, and MAX the largest logarithm (the orthogonal
+ * indicator). ENERGY and MOMENTUM are the relative errors of the derivatives of the energy and <m,
+ * e3> along the tangent, which are exactly constant. TRUNCATION is the largest last term of the
+ * tangent's series, relative to the norm. Steps that are too long for this series are shortened.
+ * The status is KR_ERR_TANGENT if no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -588,8 +588,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The tops and times of one call of a worker, and its results. The last time of a top decides
- * whether the top moves forward or backward in time, whatever the sign of the step. */
+/* The tops and times of one call of a worker, and the results. The last time of a top decides
+ * whether the top moves forward or backward in time, regardless of the sign of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -600,23 +600,22 @@ typedef struct kr_tops {
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
     /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
-     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a generic
-     * direction. */
+     * `direction` is the initial tangent, like a column of kr_top_tangents; NULL: a generic one. */
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker, which copies the reductions. Free it with kr_worker_free. */
+/* Allocates a worker, and copies the reductions. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail: see
- * their outcomes. Returns KR_ERR_INTERRUPTED, also the status of unfinished tops, if config.poll
- * stops the worker. */
+/* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail (see
+ * their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is also the
+ * status of all unfinished tops. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
-/* Computes sections: the first `times` states after the start at which each top meets an event (see
- * kr_top_watch). Here t is the longest time to wait for an event, from the start or the previous
- * event: one number, or [n] with own_times; negative for backward in time. If an event takes
- * longer, the top has the status KR_ERR_EVENT. Returns what kr_worker_run returns, and
- * KR_ERR_NO_EVENTS for workers of methods other than taylor. */
+/* Computes sections: for each top, the first `times` states at which an event occurs (see
+ * kr_top_watch). Here t is the maximum waiting time for the first or next event: one number, or [n]
+ * with own_times; negative for backward in time. If no event occurs within this time, the status of
+ * the top is KR_ERR_EVENT. Returns the same statuses as kr_worker_run, and KR_ERR_NO_EVENTS for
+ * methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set of the lanes, or "" if the worker has no lanes. Writes
  * the order in use to `order`. */
@@ -624,31 +623,30 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed form of a Lagrange top and of any free body, on a support at rest: the state at any
- * time, with an accuracy that does not depend on the time. */
+/* The closed-form solution for a Lagrange top or a free body, on a support at rest. Its accuracy
+ * does not depend on the time. */
 typedef struct kr_exact {
-    /* Time between two lowest points of the nutation [T]; INFINITY for a constant nutation. */
+    /* Period of the nutation [T]; INFINITY for a constant nutation. */
     double period;
-    /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
-     * the axis. For a free body, the momentum takes the place of the vertical, and the axis is the
-     * principal axis that circulates about the momentum, in the direction nearer to the momentum.
-     * (In a symmetric body this is the axis whose moment differs from the other two.) The half turn
-     * of an axis that passes through a pole is not counted. */
+    /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
+     * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
+     * axis that circulates about the momentum, in the direction nearer to the momentum. (In a
+     * symmetric body, this is the axis whose moment differs from the other two.) The jump by half a
+     * turn when an axis passes through a pole is not included. */
     double precession, spin;
     double private_[70];
 } kr_exact;
-/* Computes the closed form of a scene. Returns KR_ERR_METHOD for every other kind of top. Also
- * returns KR_ERR_METHOD for a heavy top whose axis is not exactly upright, but tilted and moving by
- * less than 1e-70. */
+/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for all other tops, and for
+ * a heavy top that is not exactly upright, but whose tilt and motion are below 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
-/* Returns the state at time t; NaN if t is not finite. Beyond kr_scene_horizon the integrals are
- * correct, but the attitude is arbitrary. The whole state is NaN if the rates are near the largest
- * doubles. A tilt or motion below 1e-75 counts as zero. */
+/* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals
+ * are correct, but the attitude is arbitrary. The whole state is NaN if the rates are close to the
+ * largest double. A tilt or motion below 1e-75 is treated as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, bitwise equal to those of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* Reasons why a Kowalewski top has no closed form: X(name, message). */
+/* Reasons why a closed-form solution is refused for a Kowalewski top: X(name, message). */
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
@@ -670,14 +668,13 @@ typedef enum kr_kowalewski_refusal {
     KR_KOWALEWSKI_REFUSAL_COUNT
 } kr_kowalewski_refusal;
 /* clang-format on */
-/* Returns the message of a refusal, or NULL if `refusal` is not a kr_kowalewski_refusal. */
+/* Returns the message for a refusal, or NULL if `refusal` is not a kr_kowalewski_refusal. */
 KR_API const char *kr_kowalewski_refusal_text(int refusal);
-/* The closed form of a Kowalewski top. Each frequency in the matrix of the attitude is a sum of
+/* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
- * most about ten times `certificate`, the largest relative error found when the closed form is
- * checked. The closed form assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative
- * deviation of the body from this ratio. It causes an error of about `mismatch` times the angle
- * turned. */
+ * most about ten times `certificate`, the largest relative error found when the solution is
+ * checked. The solution assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative deviation
+ * of the body from this ratio. It causes an error of about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
@@ -686,22 +683,22 @@ typedef struct kr_kowalewski {
 #define KR_KOWALEWSKI_BOUND 1e-11
 /* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
-/* Computes the closed form of a scene in `memory`, and lets `out` point to the first part of
- * `memory`. The caller owns `memory` and aligns it for doubles. Returns KR_ERR_METHOD for other
- * bodies, for damped tops, and if the plan has a nonzero `refusal`. A certificate above `bound` is
- * refused, too; if `bound` is 0, KR_KOWALEWSKI_BOUND is used. */
+/* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
+ * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
+ * other bodies, for damped tops, and if the plan has a nonzero `refusal`. A certificate above
+ * `bound` is also refused; if `bound` is 0, the limit is KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Returns the state at two angles of the torus [turns], which grow in time at the rates `first` and
- * `second`. The time and the heading are those of the start. */
+ * `second`. The time and the heading are the initial ones. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Reasons why a Goryachev-Chaplygin top has no closed form: X(name, message). */
+/* Reasons why a closed-form solution is refused for a Goryachev-Chaplygin top: X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
@@ -723,13 +720,13 @@ typedef enum kr_chaplygin_refusal {
     KR_CHAPLYGIN_REFUSAL_COUNT
 } kr_chaplygin_refusal;
 /* clang-format on */
-/* Returns the message of a refusal, or NULL if `refusal` is not a kr_chaplygin_refusal. */
+/* Returns the message for a refusal, or NULL if `refusal` is not a kr_chaplygin_refusal. */
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
-/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the matrix of
- * the attitude is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession is
- * zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
- * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the
- * angles are in resonance, the error grows by a rounding error for each radian of the heading. */
+/* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
+ * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
+ * is zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
+ * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the angles
+ * are in resonance, the error grows by one rounding error per radian of the heading. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */
@@ -738,7 +735,7 @@ typedef struct kr_goryachev_chaplygin {
 #define KR_CHAPLYGIN_BOUND 1e-11
 /* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
-/* Like kr_kowalewski_plan, for these tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
+/* Like kr_kowalewski_plan, for Goryachev-Chaplygin tops. A bound of 0 means KR_CHAPLYGIN_BOUND. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
@@ -750,35 +747,36 @@ KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *to
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 
-/* Turning points of the apex of a Lagrange top, or of a free body symmetric about the apex.
- * motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging", "steady",
- * "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or "waves". */
+/* Turning points of the apex of a Lagrange top, or of a free body that is symmetric about the apex.
+ * The member motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging",
+ * "steady", "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or
+ * "waves". */
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
     /* (2 * sqrt(I1 * mass * gravity * |com|) - rotor) / I3 [T^-1], with the component of the rotor
-     * along the apex; an upright top with more spin sleeps. */
+     * along the apex; an upright top with a larger spin is stable (sleeping). */
     double critical_spin;
     const char *motion_type;
     double private_[5];
 } kr_turning;
-/* Computes the turning points of a scene. Returns KR_ERR_METHOD for every other kind of top. */
+/* Computes the turning points for a scene. Returns KR_ERR_METHOD for all other tops. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
-/* Returns the effective potential at a nutation: the energy minus I1/2 (d nutation/dt)^2 [M L^2
- * T^-2]. */
+/* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
+ * L^2 T^-2]. */
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
-/* The closed form of the map bobenko_suris for Lagrange tops, with the period, precession and spin
- * of the map. */
+/* The closed-form solution of the map bobenko_suris for Lagrange tops. The period, precession and
+ * spin are those of the map. */
 typedef struct kr_exact_map {
     double period, precession, spin;
     double step;
     double private_[83];
 } kr_exact_map;
-/* Computes the closed form of the map. Returns KR_ERR_STEP_SIZE if the start is too near a
- * separatrix of the map with this step: k'^2 < 1e-26, with the complementary modulus k'. Also
- * returns KR_ERR_STEP_SIZE if the step is too small for double-double. Returns KR_ERR_ARGUMENT if
- * the step is outside 2^-100 .. 2^40 times the time in which the top turns by one radian. */
+/* Computes the closed-form solution of the map. Returns KR_ERR_STEP_SIZE if the step is too small
+ * for double-double, or the motion too close to a separatrix of the map (complementary modulus k'^2
+ * < 1e-26). Returns KR_ERR_ARGUMENT if the step is outside 2^-100 .. 2^40 times the time in which
+ * the top rotates by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
 /* Returns the state after k steps, at start.t + k * step; k may be negative. Beyond about 2^50
  * turns the attitude is arbitrary. */

@@ -1,15 +1,16 @@
-/* The interface of a method. Each method has one file in methods/ and one line in methods.def. Each
- * method steps a motion: the state of the top in working axes and internal units. The driver
- * handles everything else: conversion to the user's frame, units and time, requested times, limits,
- * checks for NaN and infinity, interruption, and the last valid state. */
+/* The interface of a method. Each method has one file in methods/ and one line in methods.def. A
+ * method advances a motion, the state of a top in working axes and internal units, step by step.
+ * The driver handles everything else: conversion to the user's frame, units and time, requested
+ * times, limits, checks for NaN and infinity, interruption, and the last valid state. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and internal units. Working axes are principal axes in a certain order:
- * T is the symmetry axis of a symmetric body; otherwise B is the axis of the middle moment. The
- * units are powers of two in which the largest moment and the top's rate are about one. For methods
- * with KR_METHOD_ABSOLUTE the unit of time is the user's. */
+/* A motion in working axes and internal units. Working axes are principal axes in a certain order.
+ * For a symmetric body, T is the symmetry axis; otherwise, B is the axis of the intermediate
+ * moment. The internal units are powers of two times the user's units. In these units, the largest
+ * moment and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit
+ * of time. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -18,26 +19,27 @@ typedef struct kr_motion {
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
-    /* The method's memory: method->work doubles, without pointers. In the main motion it begins at
-     * a multiple of 64 bytes. */
+    /* The method's work array: method->work doubles, without pointers. The work array of the main
+     * motion is aligned to 64 bytes. */
     double *work;
-    /* Other data of the method: a kernel, or memory of another library. Freed by `release`. */
+    /* Other data of the method, such as a kernel or memory allocated by another library. Freed by
+     * `release`. */
     void *aux;
     /* If nonzero, q and m are computed only up to a common rotation about the vertical. Always 0
      * for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
-    /* Number of digits for KR_METHOD_DIGITS methods; 0: use `tol`. Above 16 digits, lever_low holds
-     * the low words of the lever. `low` holds the low words of the start when `reset` is called,
-     * and later the low words of the time and the state that `at` writes. The momentum of the start
-     * is then given by its components along the axes of the body. */
+    /* Number of digits for methods with KR_METHOD_DIGITS; 0: use `tol`. With more than 16 digits,
+     * lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low words of
+     * the initial state, and the initial momentum has components along the body axes. Later, `low`
+     * holds the low words of the time and of the state that `at` writes. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;
-    /* The user's scene with its last start. Closed forms use this scene, to avoid the rounding
-     * errors of a conversion to internal units. */
+    /* The user's scene with the initial state that was set last. Closed-form solutions use this
+     * scene to avoid the rounding errors of a conversion to internal units. */
     const kr_scene *scene;
-    /* The units of time and momentum, in the user's units. taylor converts the turning and shaking
-     * of the support and the friction of the scene. */
+    /* The internal units of time and momentum, in the user's units. The method taylor uses them to
+     * convert the motion of the support and the friction. */
     double time_unit, momentum_unit;
 } kr_motion;
 
@@ -46,9 +48,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude. P is the vertical seen from the
-     * body, that is, its components along the axes of the body. W is the angular velocity in the
-     * body divided by `rate`; |W| is less than 1. */
+    /* Coefficients of the series of (q | 0, P) and of (0, W). q is the attitude. P is the vertical
+     * in the body frame. W is the angular velocity in the body frame, divided by `rate`; |W| is
+     * less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -58,23 +60,25 @@ typedef struct kr_step_polynomial {
      * shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
-    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before it stopped. */
+    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before the top stopped. */
     double held;
-    /* Adds the product of the series a and b to c, up to coefficient `order` or a few beyond. There
-     * must be zeros before b and after the end of all three arrays. */
+    /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
+     * more. The memory before b, and after the end of each array, must hold zeros. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
-/* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
- * a change of the momentum in space. The seed of a parameter contains the initial deviation, and
- * the derivatives of the scene with respect to this parameter. The derivatives of the moments and
- * of the damping are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the
- * motion, with one exception: strongly damped motions with deviations take short steps only. */
+/* An infinitesimal deviation from a motion: a rotation vector in the body frame, and a change of
+ * the momentum in space. Both are in working axes and internal units. The seed of a parameter
+ * consists of the initial deviation and the derivatives of the scene with respect to the parameter.
+ * The derivatives of the moments and of the damping are symmetric matrices (xx, yy, zz, yz, zx,
+ * xy). Deviations do not affect the motion itself, except that strongly damped motions with
+ * deviations are limited to short steps. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of a parameter's torque: proportional to the acceleration g(t) (STRENGTH),
- * constant (UNIFORM), or proportional to the derivative of g(t) with respect to a number of the
+/* Time dependence of the torque that a change of a parameter causes. With STRENGTH, the torque is
+ * proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE and
+ * PHASE, the torque is proportional to the derivative of g(t) with respect to this parameter of the
  * shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
@@ -84,9 +88,10 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of the lever per acceleration, in the user's unit of acceleration;
- * `timing` determines how the lever varies with time. `turning`, `apex` and `friction` are the
- * derivatives of the support's turning in space, of the apex and of the dry friction. */
+/* `pull` is the derivative of the lever per unit of acceleration, with the acceleration in the
+ * user's units. `timing` determines how the lever varies with time. `turning`, `apex` and
+ * `friction` are the derivatives of the support's angular velocity in space, of the apex, and of
+ * the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -96,18 +101,19 @@ typedef struct kr_seed {
     vec_dd apex;
     double friction;
 } kr_seed;
-/* Functions of a method that propagate deviations. */
+/* The functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {
-    /* Starts the tangents of a top: kr_tangents_start. */
+    /* Starts the tangents of a top. All methods use kr_tangents_start. */
     void (*start)(struct kr_top *top);
-    /* Returns the number of doubles for n deviations, a multiple of 64 bytes. */
+    /* Returns the number of doubles that n deviations need; their size is a multiple of 64
+     * bytes. */
     size_t (*doubles)(int digits, size_t n);
-    /* Starts n deviations at the current state. On entry the memory holds zeros. */
+    /* Starts n deviations at the current state. On entry, `memory` is filled with zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
     /* Propagates the deviations over the last step. Returns KR_ERR_TANGENT if a deviation exceeds
      * the range of doubles. */
     kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
-    /* Writes the deviations at the time `clock` inside the last step; motion->low.t holds the low
+    /* Writes the deviations at the time `clock` within the last step. motion->low.t holds the low
      * word of this time. */
     void (*evaluate)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
     /* Returns the largest last term of a deviation's series so far, relative to the size of the
@@ -115,66 +121,71 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Functions of the driver that only some methods need. A program contains them only if it uses such
- * a method. */
+/* Driver functions that only some methods need. A program links these functions only if it uses
+ * such a method. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
-/* Returns KR_OK if the flags of `method` allow the damping, the friction and the motion of the
- * support of a scene, else the status that gives the reason. */
+/* Returns KR_OK if the flags of `method` permit the damping, friction and support motion of a
+ * scene, else a status that gives the reason. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
-    /* Return 1 if the method applies to a valid body of this kind under any gravity, or to a valid
-     * scene. If NULL, only the flags are checked. */
+    /* `applies` returns 1 if the method applies to a valid body of this kind under any gravity.
+     * `suits` returns 1 if the method applies to a valid scene. If NULL, only the flags are
+     * checked. */
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of additional doubles that a scene needs after `work`. Checkpoints omit
-     * them, because `reset` at the start of the scene computes them again. NULL: none. */
+    /* Returns the number of doubles that a scene needs in addition to `work`. Checkpoints omit
+     * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
-    /* Starts the motion at the state `start` (q and m; t is ignored). On failure a dense method
-     * leaves `work` and `aux` unchanged. */
+    /* Starts the motion at the state `start` (q and m; t is ignored). On failure, a method with
+     * dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
-    /* Makes one step of length motion->step. An adaptive method chooses the length of the step,
-     * which ends at the time `until` at the latest; only a dense method may step beyond `until`. A
-     * dense method checks that its state is finite, and leaves the motion unchanged on failure. */
+    /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
+     * the step does not end after the time `until`. Only a method with dense output may step beyond
+     * `until`. Such a method also checks that its state is finite, and leaves the motion unchanged
+     * on failure. */
     kr_status (*step)(kr_motion *motion, double until);
-    /* Writes q and m at the end of the last step; q has unit length. Does not change the motion. */
+    /* Writes q and m at the end of the last step; q has unit norm. Does not change the motion. */
     void (*read)(const kr_motion *motion, kr_state *s);
-    /* Writes q and m at the time `clock` inside the last step. NULL: the method is not dense. */
+    /* Writes q and m at the time `clock` within the last step. NULL: the method has no dense
+     * output. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    /* Writes q and m at n times, which need not lie inside the last step. The states are bitwise
+    /* Writes q and m at n times, which need not lie within the last step. The states are bitwise
      * equal to those of `at`, but are computed faster. NULL: not available. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the last step as a polynomial. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* Propagation of deviations, for KR_METHOD_TANGENTS. NULL: left out of this build. */
+    /* The propagation of deviations, for methods with KR_METHOD_TANGENTS. NULL: omitted from this
+     * build. */
     const kr_tangent_ops *tangents;
-    /* Conversion of starts and states with more than 16 digits, for KR_METHOD_DIGITS: &kr_extended.
-     * NULL: left out of this build. */
+    /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
+     * &kr_extended. NULL: omitted from this build. */
     const kr_extended_ops *extended;
-    /* Returns 1 if all counts, indices and loop bounds in `work` are in range. A damaged checkpoint
-     * may contain numbers out of range. NULL: `work` has no counts, indices or bounds. */
+    /* Returns 1 if all counts, indices and loop bounds in `work` are in range. They may be out of
+     * range in a damaged checkpoint. NULL: `work` has no counts, indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes the order of the kernel. May be NULL. */
+    /* Returns the name of the kernel in use, and writes the order of that kernel. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Returns the momentum M of the body without its rotor plus the momentum of the rotor. */
+/* Returns the total momentum: the sum of M, the momentum without the rotor, and the momentum of the
+ * rotor. */
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;
-    /* A rotor of 0 is not added, because adding it could change the sign of a negative zero. */
+    /* A zero rotor is not added, because the addition could change the sign of a negative zero. */
     return h.x != 0.0 || h.y != 0.0 || h.z != 0.0 ? v_add(M, h) : M;
 }
-/* Returns the angular velocity in the body, given the momentum M in the body. */
+/* Returns the angular velocity in the body frame, given the momentum M in the body frame. */
 static inline kr_vec3 motion_velocity(const kr_motion *motion, kr_vec3 M)
 {
     return v_over(v_sub(M, motion->rotor), motion->inertia);

@@ -1,9 +1,11 @@
-/* Checkpoints: tops saved as bytes. A checkpoint holds the motions with their work, times, counts
- * and internal units, but no pointers: the loaded top keeps its own pointers. A loaded fixed-step
- * motion continues on its grid. An adaptive motion continues with the step and order that were
- * chosen last. A dense motion continues inside its last step. The bytes are a header, the fields of
- * KR_SAVED_TOP (top.h), the work, the tangents, and the state of each event search. The states of
- * the searches ensure that no event is found twice or lost. */
+/* Checkpoints: saving a top to a block of memory, and loading it. A checkpoint holds the motions of
+ * a top, with their work arrays, times, counts and internal units. Checkpoints contain no pointers;
+ * loading a checkpoint leaves the pointers of the top unchanged. After loading, a fixed-step motion
+ * continues on the same grid of times. An adaptive motion continues with the step size and order
+ * that it chose last. A motion with dense output continues inside its last step. A checkpoint
+ * consists of a header, the fields of KR_SAVED_TOP (top.h), the work arrays, the tangents, and the
+ * state of each event search. The search states ensure that no event is reported twice or
+ * missed. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -28,10 +30,10 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* Size of the saved part of a kr_top in bytes. */
+/* Number of bytes of a kr_top that a checkpoint contains. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
-/* A saved event: the state of its search, and a checksum of its terms. */
+/* The saved data of an event: the state of the search, and a checksum of the event's definition. */
 typedef struct event_record {
     kr_event_search own;
     uint64_t what;
@@ -46,12 +48,12 @@ static size_t tangents_size(const kr_top *top)
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
-/* Copies at most `size` - 1 characters of `name` to `to`. */
+/* Copies `name` to `to`, truncated to `size` - 1 characters. */
 static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
-/* Returns the header of a checkpoint of `top`, without its checksum. */
+/* Returns the header of a checkpoint of `top`, with the checksum still zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {
@@ -61,8 +63,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Returns a checksum of `bytes`. The sum is updated by an invertible function of each word. A
- * change of a single word therefore always changes the sum. */
+/* Returns a checksum of `bytes`. Each word updates the sum by an invertible function, so a change
+ * in any single word always changes the sum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -85,7 +87,7 @@ static uint64_t checksum_event(const kr_event *event)
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-/* Returns the size of a checkpoint of `top` without its events. */
+/* Returns the size of a checkpoint of `top` in bytes, excluding the records of events. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -104,7 +106,8 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
-/* Copies the pointers of `from` into `motion`. Sets them to NULL if `from` is NULL. */
+/* Copies the pointers of `from` into `motion`, or sets the pointers of `motion` to NULL if `from`
+ * is NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
@@ -137,8 +140,8 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     return KR_OK;
 }
 
-/* Returns 1 if `one` and `other` have the same body, gravity, damping, support, friction
- * and config, else 0. */
+/* Returns 1 if `one` and `other` have the same body, gravity, damping, support, friction and
+ * configuration, else 0. */
 static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
@@ -149,8 +152,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if `motion` and `work` from a checkpoint can belong to `top`. Because a checksum can be
- * forged, checks the configuration and all counts, indices and loop bounds. */
+/* Returns 1 if the `motion` and the `work` array of a checkpoint are valid for `top`. A matching
+ * checksum is not sufficient, because a checksum can be forged. The function therefore checks the
+ * configuration and all counts, indices and loop bounds. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -162,7 +166,7 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
     return !top->method->is_valid || top->method->is_valid(work);
 }
-/* Returns 1 if the numbers of a loaded `image` are consistent with `top`. */
+/* Returns 1 if the values in a loaded `image` are consistent with `top`. */
 static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
@@ -175,15 +179,15 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if `own` is a possible state of an event search after `steps` steps. */
+/* Returns 1 if `own` is a valid state of an event search after `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the saved events are the events that `top` watches. If `take` is nonzero, copies the
- * saved states of the event searches into `top`. */
+/* Returns 1 if the saved events match the events that `top` watches. If `take` is nonzero, also
+ * copies the saved search states into these events. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -195,8 +199,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Recomputes the data of a method that checkpoints do not contain. Returns 0 and leaves the work
- * unchanged if the method rejects the start. */
+/* Recomputes the method data that a checkpoint does not contain. Returns 0 and leaves the work
+ * array unchanged if the method rejects the initial state. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;

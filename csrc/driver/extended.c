@@ -1,7 +1,7 @@
-/* Conversion between the user's units and internal units for tops with more than 16 digits. (For
- * other tops see top.c.) The user's numbers are treated as exact. The attitude and the axes are
- * normalized once, in double-double. The working axes are the principal axes, so the moments need
- * no conversion. */
+/* Conversion between the user's units and internal units for computations with more than 16 digits.
+ * See top.c for up to 16 digits. Input values are treated as exact. The attitude and the axes are
+ * normalized only once, in double-double arithmetic. The working axes are the principal axes, so
+ * the principal moments need no rotation. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,7 +10,7 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the change of q* m q due to the low words of q and m; q may have any length. */
+/* Returns the contribution of the low words of q and m to q* m q. The norm of q is arbitrary. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -23,9 +23,9 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd axes = qdd_of(top->axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components of the momentum along the axes of the body. Without low words, each
- * component is rounded once. A rounding error relative to the whole vector would be magnified by
- * the small moment of a thin rod. */
+/* Returns the components of the momentum along the body axes. If `low` is NULL, each component has
+ * a single rounding error, relative to that component. For a thin rod, an error relative to the
+ * length of the vector would be divided by the small moment, and thus amplified. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

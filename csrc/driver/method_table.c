@@ -1,5 +1,6 @@
-/* The table of methods, built from methods.def. A build with some methods only (KREISEL_METHODS)
- * has its own methods.def, in which OMITTED takes the place of X for all other methods. */
+/* The table of methods, built from methods.def. A build that includes only some methods
+ * (KREISEL_METHODS) generates its own methods.def, which lists the other methods with OMITTED
+ * instead of X. */
 #include <string.h>
 #include "method.h"
 
@@ -16,7 +17,8 @@ static const kr_method *const method_table[] = {
 #undef X
 #undef OMITTED
 };
-/* Methods without functions. The last entry, which has no name, ends the table. */
+/* Entries for the methods that this build omits. They have no functions. The last entry has no name
+ * and marks the end of the table. */
 static const kr_method omitted_methods[] = {
 #define X(id)
 #define OMITTED(id)                                                                                \

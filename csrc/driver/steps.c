@@ -1,8 +1,8 @@
-/* The steps of the main motion, and its last valid state. A fixed-step motion is inspected every
- * KR_CHECK steps: it is checked to be finite, and saved. No failure is missed, because a state that
- * is not finite never becomes finite again. After a failure, the steps since the last save are
- * repeated to find the last valid state. An adaptive motion is inspected in every step; a dense
- * method checks its own steps. */
+/* The steps of the main motion, and recovery of the last valid state. A fixed-step motion is
+ * checked for NaN and infinity, and saved, every KR_CHECK steps. No failure is missed, because a
+ * state that is not finite never becomes finite again. After a failure, the steps since the last
+ * save are repeated to find the last valid state. An adaptive motion is checked at every step. A
+ * method with dense output checks its own steps. */
 #include "top.h"
 
 enum {
@@ -10,13 +10,13 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, given in internal units, is also valid (kr_state_is_good) in the user's
- * units. */
+/* Returns 1 if `state`, given in internal units, is valid in the user's units
+ * (kr_state_is_good). */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-/* Returns 1 if the state of the main motion is good. */
+/* Returns 1 if the state of the main motion is valid. */
 static int is_main_good(const kr_top *top)
 {
     kr_state state = {0}; /* zeros are invalid, in case the method writes nothing */
@@ -24,7 +24,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work, but not the pointers `work` and `aux`. */
+/* Copies a motion and the contents of its work array, but not the pointers `work` and `aux`. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -34,7 +34,7 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-/* Sets inspect_at, the number of steps at which the main motion is inspected next. */
+/* Sets inspect_at, the step count at which the main motion is checked next. */
 static void set_inspection(kr_top *top)
 {
     const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
@@ -46,8 +46,8 @@ void kr_steps_save(kr_top *top)
     top->saved_steps = top->steps;
     set_inspection(top);
 }
-/* Restores the main motion from the saved motion. The counts of evaluations and iterations are
- * kept. */
+/* Restores the main motion from the saved motion, except for the counts of evaluations, rejected
+ * steps and iterations. */
 static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
@@ -56,7 +56,7 @@ static void restore_saved(kr_top *top)
     top->steps = top->saved_steps;
     set_inspection(top);
 }
-/* Makes one step of the main motion and counts it. */
+/* Advances the main motion by one step, and counts the step. */
 static kr_status step_main(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
@@ -134,15 +134,15 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the limits of a side motion. If a limit is exceeded, the enclosing step of the main motion
- * did not meet its tolerance. */
+/* Checks the limits on the steps of a side motion. If a limit is exceeded, the step of the main
+ * motion that contains the side motion did not meet its tolerance. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
-/* Integrates the side motion from the state `from` over the time `span`. */
+/* Integrates the side motion from the state `from` for the time `span`. */
 static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
@@ -168,7 +168,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* An attitude of length 0 would not rotate vectors at all, and the result would look valid. */
+    /* A zero quaternion would be treated as the identity, and the result would appear valid. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;

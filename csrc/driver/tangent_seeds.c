@@ -1,5 +1,5 @@
-/* Tangents in the user's frame and units: the initial deviations (seeds) of the requested columns,
- * and the conversion of the results. The method propagates the deviations. */
+/* Tangents in the user's frame and units: the seeds (initial deviations) of the requested columns,
+ * and the conversion of the results. The method itself propagates the deviations. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -27,14 +27,13 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial deviations and derivatives of all columns of the tangents. `next` points to the next
- * seed to be written. */
+/* The seeds of all columns of the tangents. `next` points to the next seed to be written. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Returns a seed whose derivatives are all zero. */
+/* Appends a seed with all derivatives zero, and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -45,7 +44,7 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = zero;
     return to->next++;
 }
-/* Writes the six seeds of the initial attitude and momentum. */
+/* Appends the six seeds for the initial attitude and momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
@@ -57,33 +56,33 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the matrix that projects onto principal axis i, in working axes. */
+/* Writes the symmetric matrix that projects onto principal axis i, in working axes. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
     const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
     memcpy(matrix, elements, sizeof elements);
 }
-/* Writes the three seeds of the principal moments. */
+/* Appends the three seeds for the principal moments. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);
 }
-/* Writes the three seeds of the damping. */
+/* Appends the three seeds for the damping. */
 static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Returns weight * com in working axes and internal units of the lever. */
+/* Returns weight * com in working axes, converted to the internal unit of the lever. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
     return vdd_scale(own, v_dd(a, none));
 }
-/* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
- * with respect to this parameter is weight * com. On a shaken support it is mass * com * k, where k
- * is the acceleration or its derivative. */
+/* Appends the seed for a parameter on which lever = mass * gravity * com depends. The derivative of
+ * the lever with respect to this parameter is weight * com. On a shaken support the derivative is
+ * mass * com * k, where k is the acceleration or a derivative of the acceleration. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -91,8 +90,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Writes the three seeds of the centre of mass. If com is not zero, these parameters also change
- * the apex. */
+/* Appends the three seeds for the centre of mass, `com`. If `com` is nonzero, these parameters also
+ * change the direction of the apex. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -109,14 +108,15 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
         to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-/* Writes the three seeds of the rotor. */
+/* Appends the three seeds for the rotor. */
 static void seed_rotor(seed_list *to)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     for (int i = 0; i < 3; i++)
         add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
 }
-/* Writes the seeds of the support: of its turning, and of the three numbers of its shaking. */
+/* Appends the seeds for the motion of the support: three for the angular velocity, and three for
+ * the amplitude, rate and phase of the shaking. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
@@ -125,7 +125,7 @@ static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
     for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
         seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
-/* Writes the seeds of all columns that the config of `top` requests. */
+/* Writes the seeds for all columns that the configuration of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -159,8 +159,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of each column to `unit`, in the user's units. Each factor is a power of
- * two. */
+/* Writes the internal unit of the parameter of each column to `unit`, in the user's units. Each
+ * entry is a power of two. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -180,8 +180,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits,
- * doubles are used. `axes` is kr_extended_axes. */
+/* Converts a rotation vector from working axes to the frame of description. For up to 16 digits,
+ * the conversion uses double precision. `axes` is the result of kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -189,7 +189,7 @@ static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
     return top->main.digits > 16 ? qdd_turn(axes, turn)
                                  : v_dd(q_turn(top->axes, vdd_high(turn)), none);
 }
-/* Writes one column of the tangents in the user's frame and units. */
+/* Writes one column of the tangents, converted to the user's frame and units. */
 static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                        size_t n, double *out, double *low)
 {

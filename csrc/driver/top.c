@@ -1,9 +1,9 @@
-/* A moving top in the user's frame and units: creation, requested times, and the conversion of
- * states. steps.c handles limits, checks for NaN and infinity, interruption and the last good
- * state. The points of a fixed-step motion have the times start.t + k * step. The points of an
- * adaptive motion are the ends of its own steps. The state at a time between two points is computed
- * by a second motion, started at the first of the two points. Requested times therefore do not
- * affect the path. */
+/* A moving top in the user's frame and units: creation, requested times, and conversion of states.
+ * The file steps.c handles limits, checks for NaN and infinity, interruption, and the last valid
+ * state. A fixed-step method computes states at the grid points start.t + k * step. An adaptive
+ * method computes states at the ends of its own steps. To find the state between two such points, a
+ * second motion starts from the earlier point. The requested times therefore do not affect the
+ * path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -17,12 +17,12 @@ enum {
     STATES_TOGETHER = 64     /* largest number of states that a method evaluates in one call */
 };
 
-/* Returns 1 if the motion uses more than 16 digits. */
+/* Returns 1 if the motion is computed with more than 16 digits. */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
-/* Returns 1 if the method chooses its steps. */
+/* Returns 1 if the method chooses its own step size. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, limited to 2^50 steps if the step is fixed. Beyond 2^50 steps, two grid points
- * may round to the same double. */
+/* Returns `horizon`, limited to 2^50 steps for a fixed-step method. Beyond 2^50 steps, the times of
+ * two grid points may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -31,13 +31,13 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon(top, kr_scene_horizon(scene));
 }
-/* Returns the error for a time t at or beyond the horizon. */
+/* Returns the error code for a time t at or beyond the horizon. */
 static kr_status horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Sets the axes, internal units and horizon of `top` from its scene and config. */
+/* Sets the axes, internal units and horizon of `top` from its scene and configuration. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -68,8 +68,8 @@ static kr_status choose_units(kr_top *top)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
-/* Converts a state from the inertial frame to the axes of a support that turns about e3. The two
- * frames coincide at the start. */
+/* Converts a state from the inertial frame to the frame of a support that rotates about e3. The two
+ * frames coincide at the initial time. */
 static void turn_with_support(const kr_top *top, kr_state *state)
 {
     const double angle = top->scene.turning.z * (state->t - top->scene.start.t);
@@ -78,8 +78,9 @@ static void turn_with_support(const kr_top *top, kr_state *state)
     state->q = q_mul(turn, state->q);
     state->m = q_turn(turn, state->m);
 }
-/* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
- * Returns 0 if the state is not valid, and then leaves the low words unchanged. */
+/* Converts `state` at time t to the user's frame and units. The conversion is done in place to
+ * avoid a costly copy. Returns 0 if the state is not valid; the low words of `top` are then
+ * unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -101,21 +102,21 @@ static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
 }
-/* Returns 1 if t is the time of grid point k up to rounding errors. */
+/* Returns 1 if t equals the time of grid point k up to rounding errors. */
 static int is_at_grid_point(const kr_top *top, int64_t k, double t)
 {
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, or of the current grid point if that is
- * later. */
+/* Returns the index of the last grid point at or before t, but at least the index of the current
+ * grid point. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
     return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
-/* Computes the state at t of a fixed-step method, in internal units. */
+/* Computes the state at time t by a fixed-step method, in internal units. */
 static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
     const int64_t point = find_grid_point(top, t);
@@ -123,12 +124,12 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the part of time_since_start(top, t) that a double cannot store. */
+/* Returns the rounding error of time_since_start(top, t), the low word of the elapsed time. */
 static double time_since_start_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
-/* Evaluates the last step of a dense method at time t. */
+/* Evaluates the dense output of the last step at time t. */
 static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = time_since_start_low(top, t);
@@ -140,7 +141,7 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
     top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
                                     top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
-/* Computes the state at t of an adaptive method, in internal units. */
+/* Computes the state at time t by an adaptive method, in internal units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
@@ -149,7 +150,8 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* If steps are shorter than the resolution of time, t may lie before the last step. */
+    /* If a step is shorter than the spacing of doubles near t, then t may lie before the last
+     * step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         evaluate_dense(top, t, state);
@@ -161,13 +163,13 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         return kr_steps_off_grid(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
-/* Computes the state at t in the user's frame and units. */
+/* Computes the state at time t in the user's frame and units. */
 static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The next grid point is the most frequent request, and needs no further checks. */
+    /* The most frequent request is for the next grid point, which needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -189,7 +191,7 @@ double kr_top_time(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the last time, as a double, that the main motion has reached. */
+/* Returns the time of the main motion as a double, rounded towards the initial time. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
@@ -216,18 +218,18 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the requested digits, rounded up to 16, 20 or 30. Returns 0 if the tolerance determines
- * the digits. */
+/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if no digits are
+ * requested, so that the tolerance determines the accuracy. */
 static int round_digits(int digits)
 {
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
 }
-/* Returns the number of doubles in the work of all motions. */
+/* Returns the total number of doubles in the work arrays of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
 #define X(by, bit, columns, name) | (bit)
 enum { ALL_TANGENTS = 0 KR_TANGENT_LIST(X) };
 #undef X
-/* Returns KR_OK if the numbers of a config are valid for any method. */
+/* Returns KR_OK if the numbers in a configuration are valid, regardless of the method. */
 static kr_status check_numbers(const kr_config *config)
 {
     const int digits = config->digits;
@@ -237,7 +239,7 @@ static kr_status check_numbers(const kr_config *config)
     if (digits > 0 && config->tol > (digits > 20 ? 0x1p-100 : 0.0)) return KR_ERR_ARGUMENT;
     return config->tangents & ~(uint64_t)ALL_TANGENTS ? KR_ERR_ARGUMENT : KR_OK;
 }
-/* Returns KR_OK if `method` offers all that `config` requests. */
+/* Returns KR_OK if `method` supports all options that `config` requests. */
 static kr_status check_options(const kr_method *method, const kr_config *config)
 {
     const unsigned flags = method->flags;
@@ -251,8 +253,8 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns the status of a method that does not apply to a scene: KR_ERR_ROTOR if the method would
- * apply without the rotor, else KR_ERR_METHOD. */
+/* Returns the reason why a method does not apply to a scene: KR_ERR_ROTOR if the method would apply
+ * without the rotor, else KR_ERR_METHOD. */
 static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
 {
     kr_scene without = *scene;
@@ -261,15 +263,15 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
         kr_body_has_rotor(&scene->body) && kr_method_suits(method, &without);
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
-/* Returns 0 if friction makes one of the requested derivatives undefined. The derivative with
- * respect to friction is undefined if the friction is 0, and that with respect to com if com is
- * 0. */
+/* Returns 0 if one of the requested derivatives is undefined because of friction. The derivative
+ * with respect to the friction is undefined if the friction is 0. With friction, the derivative
+ * with respect to `com` is undefined if `com` is 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
     return v_largest(scene->body.com) > 0.0 || !(tangents & KR_TANGENT_COM);
 }
-/* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
+/* Returns KR_OK if `method` applies to `scene` with `config`, else a status that gives the
  * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
@@ -281,14 +283,15 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a turning support, the motion depends on the heading. */
+    /* On a rotating support, the motion depends on the heading. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Starts a top from a checked scene, method and config. `low` has the low words of the start, or is
- * NULL. The memory of the top is already assigned. */
+/* Starts a top from a scene, a method and a configuration that have been checked. `low` holds the
+ * low words of the initial state, or is NULL. The work arrays of the top must already be
+ * assigned. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -309,13 +312,13 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *l
     if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
-/* Returns `memory` rounded up to a multiple of 64 bytes. */
+/* Returns the address `memory`, rounded up to a multiple of 64 bytes. */
 static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns memory to the work of each motion and to the tangents. The main work and the tangents
- * begin at multiples of 64 bytes. */
+/* Assigns memory to the work array of each motion and to the tangents. The work array of the main
+ * motion and the tangents are aligned to 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
@@ -338,7 +341,8 @@ kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t 
     *top = made;
     return KR_OK;
 }
-/* Returns the number of doubles that `scene` needs after the method's work and the tangents. */
+/* Returns the number of doubles that `scene` needs in addition to the work arrays and the
+ * tangents. */
 static size_t count_extra(const kr_method *method, const kr_scene *scene)
 {
     return method->extra_doubles ? method->extra_doubles(scene) : 0;
@@ -370,8 +374,9 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces `top` by `begun`, except for the memory of `top`. `begun` was started in the memory of
- * the side motion of `top` (dense methods: the main motion). */
+/* Replaces the contents of `top` by those of `begun`, but keeps the memory of `top`. `begun` was
+ * started in the memory of the side motion of `top`, or of its main motion for a method with dense
+ * output. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -413,7 +418,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
         spare->aux = begun.main.aux;
     return status;
 }
-/* Returns 1 if the doubles of `start` cannot store `low`. */
+/* Returns 1 if adding `low` to `start` in double precision leaves `start` unchanged. */
 static int are_low_words(const kr_state *start, const kr_state *low)
 {
     const kr_quat q = q_add(start->q, low->q);
@@ -443,7 +448,7 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state state;
     return kr_top_record(top, 1, &t, &state, NULL);
 }
-/* Records the state at t. On failure leaves `out` unchanged. */
+/* Records the state at time t. Leaves `out` unchanged on failure. */
 static kr_status record_one(kr_top *top, double t, kr_state *out)
 {
     const kr_state before = *out;
@@ -451,10 +456,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records the states at as many of the first of n times as possible, for a method that evaluates
- * many times in one call. Each time must lie beyond the main motion and the previous time. Returns
- * the number of recorded states; it is 0 if record_one must process the first time. Writes the
- * status of a failed step. */
+/* Records the states at as many of n times as possible, starting with the first, for a method that
+ * evaluates many times in one call. Each of these times must lie beyond the main motion and the
+ * previous time. Returns the number of recorded states. If the result is 0, the caller must use
+ * record_one for the first time. Sets `status` to the status of a failed step. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {
@@ -503,8 +508,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Makes a step of an adaptive method. If the last requested time lies inside the method's last
- * step, advances only to the end of this step. */
+/* Advances by one step of an adaptive method. If the last requested time lies inside the last step,
+ * advances only to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;

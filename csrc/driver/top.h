@@ -1,6 +1,6 @@
-/* The top, as the driver represents it. Shared by top.c (the user's frame and units), steps.c
- * (steps of the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c,
- * checkpoint.c and events/. */
+/* The driver's representation of a top. Used by top.c (the user's frame and units), steps.c (steps
+ * of the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c, checkpoint.c
+ * and events/. */
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
@@ -10,7 +10,7 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* The first field in a checkpoint. */
+    /* Checkpoints contain the fields from here on. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -30,7 +30,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* The first field that is not in a checkpoint. */
+    /* Checkpoints do not contain the fields from here on. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -41,7 +41,7 @@ struct kr_top {
     double memory[];    /* work of the motions and tangents */
 };
 
-/* The state of the search for an event, stored in its member `private_`. */
+/* The state of an event search, stored in the member `private_` of kr_event. */
 typedef struct kr_event_search {
     int64_t searched;  /* index of the last step that was searched; -1: none */
     double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
@@ -58,17 +58,17 @@ static inline void kr_event_store_search(kr_event *event, kr_event_search search
 {
     memcpy(event->private_, &search, sizeof search);
 }
-/* Forgets all steps that were searched for an event. */
+/* Resets the state of an event search, as if no step had been searched yet. */
 static inline void kr_event_reset_search(kr_event *event)
 {
     const kr_event_search none = {.searched = -1};
     kr_event_store_search(event, none);
 }
 
-/* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
- * zeros for pointers. These bytes are followed by the work of the main motion, and by that of the
- * saved motion if the method uses one. A change of the order of the fields changes the format, and
- * the offsets listed here. */
+/* The format of a checkpoint on machines with 64-bit pointers: the bytes of the fields above, with
+ * all pointers set to zero. The work array of the main motion follows, and then the work array of
+ * the saved motion if the method uses one. Reordering the fields changes the format and the offsets
+ * listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
@@ -88,42 +88,45 @@ static inline void kr_event_reset_search(kr_event *event)
     X(momentum_unit, 280)
 /* clang-format on */
 
-/* Returns the working axes of `top`, and the inertia, com, damping and rotor along these axes. */
+/* Returns the working axes of `top`, and the components of the inertia, com, damping and rotor
+ * along these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
-/* Returns the state `start` in working axes and internal units. */
+/* Returns the initial state `start`, converted to working axes and internal units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from working axes to the frame of description, in double-double. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Conversion between the user's units and internal units for tops with more than 16 digits. */
+/* Conversion between the user's units and internal units, for computations with more than 16
+ * digits. */
 struct kr_extended_ops {
-    /* Sets the lever of the main motion in double-double; `moment` is the internal unit of
-     * moments. */
+    /* Sets the lever of the main motion in double-double. `moment` is the internal unit of the
+     * moments of inertia. */
     void (*set_lever)(kr_top *top, double moment);
-    /* Converts start + low to internal units, with the components of the momentum along the axes of
-     * the body. Writes the low words to `low` of the main motion. `low` may be NULL. */
+    /* Converts start + low to internal units. The returned momentum has components along the body
+     * axes. Writes the low words of the result to main.low. `low` may be NULL. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
-    /* Converts a state of the main motion to the user's frame and units. Writes the low words to
-     * `low` of the top. */
+    /* Converts a state of the main motion to the user's frame and units. Writes the low words of
+     * the result to top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if a state is good, that is, finite and with an attitude of unit length. After an
- * overflow the attitude does not have unit length. */
+/* Returns 1 if a state is valid: all values are finite, and the attitude has unit norm. After an
+ * overflow, the attitude does not have unit norm. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the horizon of `top` with `scene`: the limit of the times that can be requested. */
+/* Returns the horizon of `top` with `scene`, the upper bound of the times that can be requested. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top without a scene, for `method` and for the tangents of `config`. There are `extra`
- * doubles after the method's work and the tangents. */
+/* Allocates a top without a scene, with memory for `method` and for the tangents of `config`.
+ * Reserves `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
-/* Computes the direction of the centre of mass in working axes, which events need. */
+/* Sets the direction of the centre of mass in working axes, which the event search uses. */
 void kr_top_set_apex(kr_top *top);
-/* Returns the number of doubles for the tangents of `config`; 0 without tangents. */
+/* Returns the number of doubles that the tangents of `config` need, or 0 if there are no
+ * tangents. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
-/* Starts the requested tangents at the start of the main motion. */
+/* Initializes the requested tangents at the initial state of the main motion. */
 static inline void kr_tangents_begin(kr_top *top)
 {
     if (top->config.tangents) top->method->tangents->start(top);
@@ -132,39 +135,39 @@ static inline void kr_tangents_begin(kr_top *top)
 kr_status kr_tangents_advance(kr_top *top);
 /* Writes the tangents at the last requested time, in working axes and internal units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
-/* Restarts a top with another `scene` and `config`, as if kr_top_create had made it with them.
- * `low` has the low words of the start for more than 16 digits, and may be NULL. Leaves the top
- * unchanged on failure. */
+/* Restarts a top with another `scene` and `config`, as if kr_top_create had been called with them.
+ * `low` holds the low words of the initial state, for more than 16 digits, and may be NULL. Leaves
+ * the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns `step` with the sign of the direction of time; `back` is nonzero for backward. A step of
- * 0, which lets the method choose, becomes -0.1 if `back` is nonzero. */
+/* Returns `step` with the sign of the direction of time: negative if `back` is nonzero. A step of
+ * 0, with which the method chooses the step size, becomes -0.1 if `back` is nonzero. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* After a failure before time t, sets the state of the top to the state of the main motion. Leaves
- * the top unchanged in two cases: the main motion has not passed the last requested time, or its
- * state is not finite in the user's units. */
+/* After a failure before time t, sets the current state of the top to the state of the main motion.
+ * Leaves the top unchanged if the main motion has not passed the last requested time, or if the new
+ * state would not be finite. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, restores the saved motion and repeats the good steps. Returns the status of the
+/* After a failure, restores the saved motion and repeats the valid steps. Returns the status of the
  * failure. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances the main motion to grid point `goal` and writes the state at this point. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
-/* Makes one step of an adaptive method. */
+/* Advances by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Makes one step of a dense method. The step may end after the time `until`. */
+/* Advances by one step of a method with dense output. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Computes the state at the time `span` after the state `from` by the side motion, and writes it to
- * `end`. All values are in internal units. */
+/* Integrates the side motion from the state `from` for the time `span`, and writes the final state
+ * to `end`. All values are in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
-/* Calls the user's poll. Returns nonzero if the user wants to stop. */
+/* Calls the user's poll callback, if any. Returns nonzero if the callback requests a stop. */
 int kr_steps_poll(kr_top *top);
-/* Saves the main motion as its last valid state. */
+/* Saves the main motion as the last valid one. */
 void kr_steps_save(kr_top *top);
-/* Returns the time from the start to the user's time t, in internal units. */
+/* Converts the user's time t to the time since the initial state, in internal units. */
 static inline double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;

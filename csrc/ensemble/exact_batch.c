@@ -1,6 +1,6 @@
-/* Tops with a closed form, in batches. The states equal those of kr_exact_state, except that at the
- * time of the start the given start itself is returned. Tops with invalid times are passed to the
- * driver, which reports the error. */
+/* Evaluation of closed-form solutions for batches of tops. The states equal those of
+ * kr_exact_state, except that the state at the initial time is the given initial state itself. Tops
+ * with invalid times are passed to the driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
@@ -9,7 +9,7 @@ enum {
     STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
 };
 
-/* Returns a lower bound of kr_scene_horizon that takes less time to compute. */
+/* Returns a lower bound of kr_scene_horizon that is cheaper to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -18,8 +18,8 @@ static double lower_bound_of_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the times of a top are monotonic from its start, lie within the horizon, and need no
- * more steps than `config` allows. Each time counts as a step of the closed form. */
+/* Returns 1 if the times of a top are monotonic from its initial time, lie within the horizon, and
+ * number at most config->max_steps. For a closed-form solution, each time counts as one step. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -35,8 +35,7 @@ static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
     }
     return plain;
 }
-/* Stores the states of a top before the first invalid state. Returns the number of stored
- * states. */
+/* Stores the states of a top up to the first invalid state. Returns the number of stored states. */
 static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
                            kr_state states[])
 {
@@ -49,7 +48,7 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Writes the outcome of a top and the number of its steps. */
+/* Records the status of a top and the number of its steps. */
 static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
                        kr_status status)
 {
@@ -63,7 +62,7 @@ static int poll(kr_worker *worker)
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
     return worker->interrupted;
 }
-/* Computes and stores the states of a top, STATES_PER_CALL at a time. */
+/* Evaluates and stores the states of a top in blocks of STATES_PER_CALL. */
 static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
@@ -83,7 +82,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Stores the states of a top that were computed directly in the output array. */
+/* Processes the states of a top that are already in the output array. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

@@ -3,15 +3,15 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* The value of a reduction so far, and a second number: the sum of squared deviations for a
- * variance, or the time of an extremum. */
+/* The current value of a reduction, and a second number. The second number is the sum of squared
+ * deviations for a variance, and the time for an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
 /* Adds the k-th state of a top to its accumulators. */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
-/* Writes the results of the reductions over `states` states. */
+/* Writes the final results of the reductions, after `states` states have been added. */
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 #endif

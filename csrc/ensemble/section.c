@@ -1,8 +1,8 @@
-/* Sections of many tops: the states at which each top meets an event. Lanes can detect an event,
- * such as the height of the apex, if it is linear in the components of the vertical and the angular
- * velocity along the axes of the body. A lane stops where the event function may have changed its
- * sign; this file then searches the last step of the lane. Tops with other events are integrated
- * and searched in scalar runs (events/event_search.c). */
+/* Sections of many tops: the states at which an event occurs, for each top. The lanes can detect an
+ * event if its function is linear in the body-frame components of the vertical and the angular
+ * velocity. An example is the height of the apex. A lane stops after a step in which the event
+ * function may have changed sign. The functions below then search that step. For all other events,
+ * each top is integrated and searched separately (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -11,7 +11,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores a vector in a lane, with the axes shifted cyclically by `shift`. */
+/* Stores a vector in a lane, with its components shifted cyclically by `shift`. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
@@ -58,7 +58,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a lane in which the event did not occur within the longest time to wait. */
+/* Finishes a lane in which no event occurred within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -70,8 +70,8 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event in the last step of a lane. `place` is the position of the event in
- * the step, 0 .. 1. Returns 1 if the search of this step continues. */
+/* Stores the state at an event in the last step of a lane. `place` is the position of the event
+ * within the step, from 0 to 1. Returns 1 if the search of this step should continue. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -1,21 +1,21 @@
 /* Event functions as polynomials over a step. An event function is a sum of products of two
- * components, computed by Cauchy products from the coefficients of the step. A component along an
- * axis of the body is linear in the attitude q, in the vertical P or in the angular velocity W. For
- * components in space, with a unit vector e in space and a vector v in the body,
+ * components of the state. The products are Cauchy products of the Taylor coefficients of the step.
+ * Components along body axes are linear in the attitude q, the vertical P or the angular velocity
+ * W. For components along a unit vector e in space, with a vector v in the body frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * All numbers are in the units of the step: powers of two in which every component is at most
- * one. */
+ * All numbers are in the units of the step. The units are powers of two such that every component
+ * has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* Number of zeros before the coefficients of a factor, and number of elements for the coefficients
- * and the zeros after them. */
+/* PAD is the number of zeros before the coefficients of a factor. ROOM is the number of elements
+ * for the coefficients and the zeros after them. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step, truncated to some order, with the member names of kr_step_polynomial. Each function named
- * add_... adds its result to the coefficients c. */
+/* The polynomial of a step, truncated to some order. The members are named as in
+ * kr_step_polynomial. Each function named add_... adds its result to the coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -25,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. Whether the component is a momentum, a rate or a
- * pure number follows from the first letter of its dimension. */
+/* Returns the unit of a component, a power of two. The first letter of the dimension distinguishes
+ * momenta, rates and dimensionless components. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -37,13 +37,14 @@ static double dot4(kr_quat a, const double b[4])
 {
     return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
 }
-/* Returns coefficient n of the attitude. */
+/* Returns the n-th coefficient of the attitude. */
 static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the factor of a term, in the units of a step whose unit of frequency is `rate`. */
+/* Returns the coefficient of a term, converted to the units of the step. `rate` is the unit of
+ * frequency of the step. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -57,27 +58,29 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds a linear form of the attitude with the coefficients `weight`. */
+/* Adds the linear combination of the components of the attitude with the coefficients `weight`. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
-/* Adds a linear form of the vertical seen from the body with the coefficients `weight`. */
+/* Adds the linear combination of the body-frame components of the vertical with the coefficients
+ * `weight`. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
-/* Adds a linear form of the angular velocity in the body with the coefficients `weight`. */
+/* Adds the linear combination of the body-frame components of the angular velocity with the
+ * coefficients `weight`. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns an axis of the frame of description, in working axes. */
+/* Returns an axis of the frame of description, as a vector in working axes. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
 }
-/* Returns the coefficient n of the momentum in the body, in the units of the step. */
+/* Returns the n-th coefficient of the momentum in the body frame, in the units of the step. */
 static kr_vec3 momentum_coefficient(const step_view *v, int n)
 {
     const kr_motion *motion = &v->top->main;
@@ -92,7 +95,7 @@ static void clear_padding(const step_view *v, padded_series s)
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* Stores the components of q as coefficient n of four series. */
+/* Stores the components of q as the n-th coefficients of four series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -100,14 +103,14 @@ static void set_coefficients(padded_series s[4], int n, kr_quat q)
     s[2][PAD + n] = q.y;
     s[3][PAD + n] = q.z;
 }
-/* Returns e q, where e is the axis of space with the index `axis`. */
+/* Returns the product e q, where e is the unit vector along the space axis with index `axis`. */
 static kr_quat multiply_by_axis(int axis, kr_quat q)
 {
     const kr_quat products[3] = {
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component of `body`, a vector fixed in the body, along an axis of space (0, 1 or 2). */
+/* Adds the component along a space axis (0, 1 or 2) of the body-fixed vector `body`. */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -119,8 +122,8 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor * <m, e> for an axis e of space: the series of <e q, q M>, with the momentum M in the
- * body. The formula also holds for damped motions and moving supports. */
+/* Adds factor * <m, e> for a space axis e. The series is that of <e q, q M>, where M is the
+ * momentum in the body frame. The formula also holds for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -151,7 +154,8 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor * <P, M>, the vertical momentum, which does not depend on the heading. */
+/* Adds factor * <P, M>, where <P, M> is the vertical momentum, which does not depend on the
+ * heading. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -163,8 +167,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor * component `axis` of q. Each quantity with KR_QUANTITY_IN_EVENTS needs a function
- * like this. */
+/* Adds factor times the component of q with index `axis`. Each quantity with KR_QUANTITY_IN_EVENTS
+ * needs a function of this form. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -201,8 +205,8 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor * <U, along>, for the angular velocity U relative to the support and a vector `along`
- * that is fixed in the body. */
+/* Adds factor * <U, along>, where U is the angular velocity relative to the support, and `along` is
+ * a body-fixed vector. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -233,8 +237,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_relative_velocity(v, factor, v->top->apex, c);
 }
-/* Adds factor * the component with index `number`. The table needs a line for each quantity with
- * KR_QUANTITY_IN_EVENTS. */
+/* Adds factor times the component with index `number`. The table needs an entry for each quantity
+ * with KR_QUANTITY_IN_EVENTS. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -253,15 +257,15 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound of the size of a component, relative to its unit. The unit of rates is
- * chosen for rotations about the axis of the smallest moment. About its other axes, the energy of a
- * thin body allows only much slower rotations. */
+/* Returns an upper bound of the magnitude of a component, in the unit of the component. The unit of
+ * rates is chosen for rotations about the axis of the smallest moment. For a thin body, the energy
+ * permits only much slower rotations about the other axes. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* On a moving support, energy conservation gives no such bound. */
+    /* On a moving support, energy is not conserved and gives no such bound. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
@@ -290,7 +294,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to, but not including, `end`; they have the same first component. */
+/* Adds the terms from `t` up to, but not including, `end`. All these terms have the same first
+ * component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -300,7 +305,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Writes g as a series in tau. Terms with the same first component share one product. */
+/* Writes the event function g as a power series in tau. Terms with the same first component share
+ * one product. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -318,7 +324,8 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the first coefficients of g about the end of the step, where the next step begins. */
+/* Writes the leading Taylor coefficients of g at the end of the step, which is where the next step
+ * begins. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -345,7 +352,7 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
         top, p->rate, e->extremum ? 1 : 0, (const double (*)[8])x, (const double (*)[4])w, NULL};
     sum_terms_of_event(&v, e, c);
 }
-/* Returns 1 if the event is a zero of the spin. */
+/* Returns 1 if the event function is a multiple of the spin. */
 static int is_stop(const kr_event *e)
 {
     const kr_term *t = e->terms;
@@ -363,8 +370,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (p->held != 0.0 && is_stop(e)) {
-        /* While friction holds the top, its spin is 0. The sign after the zero is set to the
-         * opposite one, so that the stop counts as an event. */
+        /* While friction holds the top, its spin is 0. The value stored here has the opposite sign
+         * to the spin before the stop, so that the stop is found as an event. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }
@@ -397,8 +404,8 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* Values at which g is evaluated: unit vectors of the vertical, then of the velocity. The last
-     * row is zero, for which g is the constant. */
+    /* The points at which g is evaluated: unit vectors of the vertical, then of the angular
+     * velocity, and finally zero, where the value of g is the constant term. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

@@ -1,13 +1,14 @@
-/* Advances a top from event to event. Each step is first computed as if there were no events, and
- * then searched for them. Events therefore never change the path. Each event stores its next sign
- * change in the last step. When the top has passed this sign change, the search continues from
- * there. */
+/* Advancing a top from event to event. Each step is first computed as if there were no events, and
+ * is then searched for events. Events therefore never change the path. Each event stores the next
+ * sign change of its function in the last step. Once the top has passed this sign change, the
+ * search continues from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Converts `clock`, a time inside the last step in internal units, to the user's time. If rounding
- * moves the result out of the step, returns the next double inside the step. */
+/* Converts `clock`, a time within the last step in internal units, to the user's time. If rounding
+ * moves the result out of the step, returns the adjacent double within the step, if there is
+ * one. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -20,7 +21,8 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sum of the terms can be searched for sign changes on this top. */
+/* Returns 1 if the sum of the terms can be searched for sign changes along the motion of this
+ * top. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -36,7 +38,7 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-/* Returns 1 if `events` can be searched on this top. */
+/* Returns 1 if all `events` can be searched along the motion of this top. */
 static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -62,8 +64,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event in the last step, after the position own->mark. Sets
- * own->sign to 0 if there is no such sign change. */
+/* Finds the next sign change of an event function in the last step, after the position own->mark.
+ * Sets own->sign to 0 if there is none. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {
@@ -85,9 +87,9 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->side = search.side;
     own->mark = search.mark;
 }
-/* Finds the first sign change of an event in the last step, unless this step was searched already.
- * The sign at the end of the previous step is reused, unless an event was found there or the
- * previous step was not searched. */
+/* Finds the first sign change of an event function in the last step, unless this step has already
+ * been searched. The search starts from the sign at the end of the previous step, unless that step
+ * was not searched or ended with an event. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {
@@ -101,8 +103,8 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     own->searched = top->steps;
     find_next_sign_change(top, piece, event, own);
 }
-/* Returns the earliest event in the last step that is not before the top's time, or NULL. Writes
- * the state of its search to `found`. */
+/* Returns the earliest event in the last step at or after the current time of the top, or NULL.
+ * Writes the search state of this event to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {
@@ -121,14 +123,14 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     }
     return first;
 }
-/* Returns 1 if the event's condition holds at the top's state. */
+/* Returns 1 if the condition of the event holds at the current state of the top. */
 static int is_condition_true(const kr_top *top, const kr_event *event)
 {
     return !event->condition_count ||
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
-/* Advances to the next event in the last step, up to the time t. Sets hit->index to -1 if there is
- * no such event. */
+/* Advances to the next event in the last step, but not beyond the time t. Sets hit->index to -1 if
+ * there is no such event. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
@@ -155,7 +157,8 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* After a reset with other units, the terms of an event may exceed the range of doubles. */
+    /* A reset may change the internal units, in which the terms of an event may then exceed the
+     * range of doubles. */
     if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
         !are_valid_events(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;

@@ -1,11 +1,12 @@
-/* All changes of sign of a polynomial. In Bernstein's basis the coefficients of a polynomial
- * enclose its values, and their differences enclose its slope. If all coefficients on an interval
- * have one sign, the interval contains no root. If all differences have one sign, the interval
- * contains no extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until
- * the values cannot be distinguished from zero. Only values above the rounding noise are considered
- * to have a sign. If the polynomial stays below the noise between two roots, the polynomial only
- * touches zero there, and no change of sign is reported. A root at the common point of two steps is
- * found exactly once, because the last sign of one step is carried over to the next. */
+/* Search for all sign changes of a polynomial. In the Bernstein basis, the coefficients of a
+ * polynomial bound its values, and their differences bound its slope. If all coefficients on an
+ * interval have the same sign, the interval contains no root. If all differences have the same
+ * sign, the interval contains no extremum. Any other interval is bisected (de Casteljau; Lane and
+ * Riesenfeld 1981) until the values cannot be distinguished from zero. A value has a definite sign
+ * only if its magnitude exceeds the rounding noise. If the polynomial stays below the noise between
+ * two roots, the roots are treated as a double root, and no sign change is reported. A root at the
+ * common point of two steps is found exactly once, because the last sign of one step is carried
+ * over to the next. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -23,7 +24,7 @@ static double evaluate(const double *c, int degree, double s)
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
     return p;
 }
-/* Returns the value of the polynomial at s, and writes its slope. */
+/* Returns the value of the polynomial at s, and writes the derivative there to `slope`. */
 static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
 {
     double p = c[degree], d = 0.0;
@@ -34,8 +35,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high`, by Newton's method. If a Newton step would leave the
- * interval, the interval is bisected instead. The polynomial has the sign r->side at `low`. */
+/* Returns a root between `low` and `high`, found by Newton's method. If a Newton step would leave
+ * the interval, the interval is bisected instead. At `low`, the polynomial has the sign r->side. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -52,7 +53,7 @@ static double refine(const kr_sign_search *r, double low, double high)
     }
     return s;
 }
-/* Records the sign of the value p at s. Returns 1 if the sign has certainly changed since the
+/* Records the sign of the value p at s, and returns 1 if the sign has definitely changed since the
  * position r->mark. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
@@ -63,9 +64,9 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval determines whether the sign changes in the
- * interval. This is the case if the polynomial has one sign, is monotonic, or is zero up to
- * noise. */
+/* Returns 1 if the value at the end of the interval decides whether the sign changes in the
+ * interval. The value decides if the polynomial has a constant sign, is monotonic, or is zero up to
+ * rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -83,8 +84,8 @@ static int is_decided(const kr_sign_search *r, const double *b, double width)
     }
     return rising | falling;
 }
-/* Searches [low, high] for a change of sign. `b` holds the coefficients in Bernstein's basis, and
- * is overwritten. */
+/* Searches [low, high] for a sign change. `b` holds the coefficients in the Bernstein basis, and is
+ * overwritten. */
 static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
 {
     const int n = r->used;
@@ -103,7 +104,7 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
 }
-/* Searches [0, 1] for a change of sign of the first r->used + 1 terms. */
+/* Searches [0, 1] for a sign change of the polynomial truncated to r->used + 1 terms. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -116,8 +117,9 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Omits the last terms while their slopes are negligible. The error is bounded by the sum of the
- * omitted terms. A search that cannot decide is repeated with all terms. */
+/* Truncates the polynomial as long as the slopes of the omitted terms are negligible. The error is
+ * at most the sum of the magnitudes of the omitted terms. If the search of the truncated polynomial
+ * is undecided, it is repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

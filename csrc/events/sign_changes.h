@@ -1,4 +1,4 @@
-/* Search for the changes of sign of a polynomial on [0, 1], from left to right. */
+/* Search for the sign changes of a polynomial on [0, 1], from left to right. */
 #ifndef KR_SIGN_CHANGES_H
 #define KR_SIGN_CHANGES_H
 #include "method.h"
@@ -16,6 +16,6 @@ typedef struct kr_sign_search {
     double tail;        /* bound of the sum of the omitted terms */
     double tail_slope;  /* bound of the slope of the omitted terms */
 } kr_sign_search;
-/* Finds the next change of sign. Returns 0 if there is none in [0, 1]. */
+/* Finds the next sign change. Returns 0 if no further sign change lies in [0, 1]. */
 int kr_search_next_sign_change(kr_sign_search *search);
 #endif

@@ -1,8 +1,9 @@
-/* Conversion of a user's scene to the axes and units of the closed form, for Kowalewski and
- * Goryachev-Chaplygin tops. These bodies have two equal moments. The odd axis is the principal axis
- * of the third moment, and the centre of mass lies in the plane perpendicular to this axis. Axis 3
- * of the closed form is the odd axis. Axis 1 is the direction of the centre of mass, times `side`
- * and the sign of gravity. In these units mass * |gravity| * |com| = 1.
+/* Conversion of a user's scene to the axes and units of the closed-form solution, for Kowalewski
+ * and Goryachev-Chaplygin tops. The bodies of these tops have two equal moments. The distinct axis
+ * is the principal axis of the remaining moment, and the centre of mass lies in the plane
+ * perpendicular to this axis. Axis 3 of the closed-form solution is the distinct axis. Axis 1 is
+ * the direction of the centre of mass, times `side` and the sign of gravity. The units are such
+ * that mass * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
@@ -11,13 +12,13 @@
 #include "single.h"
 #include "torus.h"
 
-/* The odd axis of a body, and the direction and distance of its centre of mass. */
+/* The distinct axis of a body, and the direction and distance of the centre of mass. */
 typedef struct across_body {
-    int odd;
+    int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
     dd reach, c, s; /* |com| divided by this power; axis 1 in the plane of these axes */
 } across_body;
-/* The conversion from the axes and units of the closed form back to the scene. */
+/* The conversion from the axes and units of the closed-form solution back to those of the scene. */
 typedef struct across_way {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
     double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
@@ -26,35 +27,38 @@ typedef struct across_way {
     kr_quat turn;     /* closed form's axes -> working axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } across_way;
-/* The initial state of a scene, in the axes and units of the closed form. */
+/* The initial state of a scene, in the axes and units of the closed-form solution. */
 typedef struct across_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
 } across_start;
 
 static double component(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
-static int odd_axis_of(kr_vec3 i) { return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2; }
+static int distinct_axis_of(kr_vec3 i)
+{
+    return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2;
+}
 
 static across_body body_of(const kr_body *b, kr_vec3 com, double side)
 {
     across_body r;
-    r.odd = odd_axis_of(b->inertia);
-    for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.odd + 1 + j) % 3);
+    r.distinct = distinct_axis_of(b->inertia);
+    for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.distinct + 1 + j) % 3);
     const dd square = dd_add(dd_square(dd_of(r.com[0])), dd_square(dd_of(r.com[1])));
     r.reach = dd_sqrt(square);
     r.c = dd_div(dd_of(side * r.com[0]), r.reach);
     r.s = dd_div(dd_of(side * r.com[1]), r.reach);
     return r;
 }
-/* Returns the rotation about the third axis by an angle with this cosine and sine. */
+/* Returns the rotation about the third axis by the angle whose cosine and sine are c and s. */
 static kr_quat turn_about_third(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Computes the components of q* v q along the axes of the closed form, which are rotated about the
- * third axis. */
+/* Computes the components of q* v q along the axes of the closed-form solution, which are rotated
+ * about the distinct axis. */
 static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
 {
     dd r[3];
@@ -63,8 +67,8 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Converts a checked scene to the axes and units of the closed form. The unit of moment is
- * `factor`, a power of two, times the odd moment. */
+/* Converts a checked scene to the axes and units of the closed-form solution. The unit of the
+ * moments is `factor`, a power of two, times the moment about the distinct axis. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
 {
@@ -77,7 +81,7 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
     const dd lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), b.reach)),
              own = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power)),
-             moment = dd_of(factor * (component(scene->body.inertia, b.odd) / u->moment));
+             moment = dd_of(factor * (component(scene->body.inertia, b.distinct) / u->moment));
     if (!(own.hi > LEAST_LEVER)) return KR_ERR_METHOD;
     way->time = dd_sqrt(dd_div(moment, own));
     const dd unit = dd_div(moment, way->time);
@@ -99,7 +103,7 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Initializes a plan in the axes and units of the closed form, at time 0. */
+/* Initializes a plan in the axes and units of the closed-form solution, with initial time 0. */
 static void begin_torus(kr_torus *torus)
 {
     memset(torus, 0, sizeof *torus);
@@ -107,7 +111,7 @@ static void begin_torus(kr_torus *torus)
     torus->frame = q_one();
 }
 /* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
- * the plan to internal units and working axes instead, with time 0 at the beginning. */
+ * the plan to internal units and working axes instead, with initial time 0. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -121,8 +125,8 @@ static void torus_to_user(kr_torus *torus, const across_way *way, double start, 
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns KR_ERR_METHOD if a scene is not an undamped top of this kind under gravity. Returns
- * another status if the scene is invalid. */
+/* Returns KR_OK if the scene is an undamped top of this kind under gravity, else KR_ERR_METHOD.
+ * Returns another status if the scene is invalid. */
 static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
 {
     const kr_status status = kr_scene_check(scene);
@@ -132,16 +136,17 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative deviation of a body from one that has the closed form. The equal
- * moments should be `ratio` times the odd moment, and the centre of mass should lie in the plane
- * perpendicular to the odd axis. */
+/* Returns the largest relative deviation of a body from the conditions of the closed-form solution.
+ * The two equal moments should be `ratio` times the third. The centre of mass should lie in the
+ * plane perpendicular to the third axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;
-    const int odd_axis = odd_axis_of(i);
-    const double pair = ratio * component(i, odd_axis), one = component(i, (odd_axis + 1) % 3),
-                 other = component(i, (odd_axis + 2) % 3);
+    const int distinct_axis = distinct_axis_of(i);
+    const double pair = ratio * component(i, distinct_axis),
+                 one = component(i, (distinct_axis + 1) % 3),
+                 other = component(i, (distinct_axis + 2) % 3);
     return fmax(fmax(fabs(one - pair), fabs(other - pair)) / pair,
-                fabs(component(c, odd_axis)) / v_largest(c));
+                fabs(component(c, distinct_axis)) / v_largest(c));
 }
 #endif

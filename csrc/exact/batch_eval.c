@@ -1,14 +1,14 @@
-/* Evaluation of a closed form at many times, in blocks that compilers turn into vectors. This file
- * is compiled once for each instruction set, with loop vectorization and with options such as
- * -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
+/* Evaluation of a closed-form solution at many times, in blocks whose loops compilers can
+ * vectorize. This file is compiled once for each instruction set, with loop vectorization and with
+ * options such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block, with one array for each number of a state. A block has as many states as
- * fit in the first-level cache. */
+/* The states of a block, with one array for each component of the states. The block size is chosen
+ * so that a block fits in the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -38,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. Bypassing the cache is faster if the states exceed it, because
- * ordinary stores first read each cache line. */
+/* `stream` bypasses the cache. Bypassing the cache is faster if the states do not fit in it,
+ * because ordinary stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -62,8 +62,8 @@ INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out
 INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* Computes a block. The length of the block is rounded up to a multiple of eight, so that no
- * remainder loop is needed. */
+/* Computes the states of a block. The number of states is rounded up to a multiple of eight, so
+ * that no remainder loop is needed. */
 static void states(const kr_exact_form *exact, batch *b, int count)
 {
     /* The compiler can keep a local copy in registers, because no store can change it. */
@@ -79,8 +79,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Replaces the states at times beyond the range of the kernel. Most blocks have no such times. A
- * loop without branches checks whether a block has any. */
+/* Replaces the states at times beyond the range of the kernel. Most blocks contain no such times. A
+ * branch-free loop first checks whether the block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,17 +1,17 @@
-/* The closed forms of many tops. Heavy tops are computed in lanes, with results bitwise equal to
- * those of a single top (lane_types.h). All other tops are computed one by one. Among them are free
- * tops, tops at rest at a pole, and invalid ones. This file is compiled once for each instruction
- * set. */
+/* Set-up of closed-form solutions for many tops. Heavy tops are processed in lanes, with results
+ * bitwise equal to those for a single top (lane_types.h). All other tops are processed one by one:
+ * free bodies, tops at rest in a vertical position, and invalid scenes. This file is compiled once
+ * for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
- * GROUPS vectors of tops are set up together. */
+/* With more than FEW_TIMES requested times, the states of each top are evaluated separately. GROUPS
+ * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame. These doubles come first in a
+/* Number of doubles of a closed-form solution without its frame. The frame follows them in
  * kr_exact_form. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
@@ -34,8 +34,8 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* Indices of the inputs of a lane: moments, attitude, momentum, axes of the body, working axes,
- * factors of the lever, units, and begin. */
+/* Indices of the inputs of a lane: moments, attitude, momentum, body axes, working axes, factors of
+ * the lever, units, and initial time. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -50,7 +50,7 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* The queue of tops that wait until GROUPS vectors are full. */
+/* A queue of tops, which are set up together when GROUPS vectors are full. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];
@@ -59,7 +59,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Computes the data that are common to tops with this body. */
+/* Computes the data that depend only on the body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -81,8 +81,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the frame of a top with this body. If `below` is nonzero, the closed form describes the
- * top with up and down exchanged. Returns 0 if the top needs no frame. */
+/* Writes the frame (frame.h) for a top with this body. If `below` is nonzero, the closed-form
+ * solution describes the top with up and down exchanged. Returns 0 if no frame is needed. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -99,7 +99,7 @@ static void put_numbers(double in[][MANY], int to, int from, const double number
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
-/* Writes the inputs of a scene into its lane. */
+/* Writes the moments, attitude, momentum and axes of a scene to the next free lane of the queue. */
 static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
 {
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
@@ -111,7 +111,7 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Computes the data that are common to tops with this gravity. */
+/* Computes the data that depend only on the body and the gravity. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -121,12 +121,12 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Guesses whether u3 is the root that lone_root returns. The guess uses the cubic in u of this
- * motion,
+/* Guesses whether u3 is the isolated root, which lone_root returns. The guess uses the cubic in u
+ * of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same guess are set up together. Therefore few vectors need both branches of the
- * set-up. Nothing else depends on the guess. `lever` is in internal units; m is in the user's units
- * except for the unit of time. */
+ * Tops with the same guess are set up together, so that few vectors need both branches of the
+ * set-up. The results do not depend on the guess. `lever` is in internal units; m is in the user's
+ * units except for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -136,7 +136,8 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to the queue that guess_lone_root chooses. Returns 0 if lanes cannot handle it. */
+/* Adds a top to the queue selected by guess_lone_root. Returns 0 if the top cannot be processed in
+ * lanes. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -169,8 +170,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Rotates the attitudes by the axes whose inputs begin at index `axes`. Where the rotation of the
- * axes is the identity, the lane is left bitwise unchanged. */
+/* Multiplies the attitudes by the rotations of axes whose inputs begin at index `axes`. A lane in
+ * which this rotation is the identity is left bitwise unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -187,7 +188,7 @@ INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
-/* Returns the tops of a group in working axes and internal units. */
+/* Returns the tops of a group, converted to working axes and internal units. */
 INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
@@ -207,8 +208,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the mask of the lanes with gravity that lagrange_moving can set up. In these lanes the
- * axis is tilted, or moves, far enough that kr_exact_resolves returns 1, too. */
+/* Returns the mask of the lanes with gravity that lagrange_moving can set up. In these lanes, the
+ * axis is tilted enough or moves fast enough that kr_exact_resolves also returns 1. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -218,8 +219,8 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* Results of a group, one bit for each lane. `alone` marks tops that must be set up one by one, and
- * `refused` those with a rate beyond the range of doubles. */
+/* The outcome of a group, with one bit for each lane. `alone` marks tops that must be set up one by
+ * one. `refused` marks tops with a rate beyond the range of doubles. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -235,7 +236,7 @@ static void begin_group(group w, setting *s)
     }
     begin_setting(s);
 }
-/* Converts the closed forms of a group to the user's units, without their frames. */
+/* Converts the closed-form solutions of a group to the user's units, except for their frames. */
 static group_result end_group(group w, setting *s)
 {
     const wide time = in_lanes(w, TIME);
@@ -253,17 +254,17 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request, and the functions for single tops. */
+/* A request, and the functions that process a single top. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
 } batch_job;
-/* The closed forms of a group, as doubles. */
+/* The closed-form solutions of a group, as doubles. */
 typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Writes the closed form of a lane; `place` is the index of its top in the queue. */
+/* Writes the closed-form solution of a lane. `place` is the index of the top in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;
@@ -280,7 +281,7 @@ static const double *times_of(const kr_exact_request *request, size_t index)
 {
     return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the state of each lane at the lane's time, without the frame. */
+/* Returns the state of each lane at the time of that lane, before the frame is applied. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -335,7 +336,7 @@ static void plan_scalar(const batch_job *j, size_t index)
         KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
                                    request->states + index * request->times);
 }
-/* Writes the closed forms and states of the lanes whose bits in `good` are set. */
+/* Writes the closed-form solutions and states of the lanes whose bits in `good` are set. */
 static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_request *request = j->request;
@@ -353,7 +354,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     }
     for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Finishes a group and writes its results. */
+/* Completes the set-up of a group, and writes the results. */
 static void finish_group(const batch_job *j, group g, setting *s)
 {
     const group_result b = end_group(g, s);
@@ -365,7 +366,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Computes all queued tops. Lanes without a top repeat the first top. */
+/* Computes all queued tops. Unused lanes repeat the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];

@@ -1,13 +1,13 @@
-/* The closed form of a scene, its states at single times, and its turning points. This file is
- * compiled once for each instruction set, because double-double products are three times as fast
- * with fused multiply-add. */
+/* The closed-form solution for a scene: set-up, states at single times, and turning points. This
+ * file is compiled once for each instruction set, because double-double products are three times as
+ * fast with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed form of a Lagrange top, in internal units. An axial rotor only adds a constant
- * rate to the rotation about the axis. `half_turn` is half of this rate. */
+/* Returns the closed-form solution for a Lagrange top, in internal units. An axial rotor only adds
+ * a constant rate to the rotation about the axis. `half_turn` is half of this rate. */
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -31,8 +31,8 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Sets up the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
- * axes and internal units, and begins at time 0. */
+/* Sets up the closed-form solution for a user's scene. If `own` is nonzero, the solution remains in
+ * working axes and internal units, with initial time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;
@@ -72,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
-    /* The rotor's momentum is parallel or antiparallel to the momentum of the spin. */
+    /* The momentum of the rotor is parallel or antiparallel to that of the spin. */
     r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);

@@ -1,6 +1,6 @@
-/* Samples of even functions of an angle at equal intervals: a table of cosines in double-double,
- * and the sine series of an integral. Averages by the trapezoidal rule converge exponentially for
- * such functions.
+/* Even periodic functions of an angle, sampled at equal intervals. The header provides a table of
+ * cosines in double-double, and the sine series of the integral of a sampled function. For such
+ * functions, averages by the trapezoidal rule converge exponentially.
  *
  * This header is compiled once for each instruction set. The files that include it define GRID, the
  * largest number of intervals between 0 and pi. */
@@ -23,7 +23,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Refines the table to this stride. */
+/* Refines the table to the given stride. */
 static void refine_cosines(cosine_table *t, int stride)
 {
     while (t->stride > stride) {
@@ -34,8 +34,8 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Computes the sine series of the integral of an even function minus its average. `v` has the
- * samples of the function at n + 1 angles between 0 and pi. */
+/* Subtracts the average from an even function, and computes the sine series of the integral of the
+ * difference. `v` holds the samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;

@@ -1,8 +1,8 @@
-/* Set-up of the free top's closed form. Let a, axis 3, be the axis about which m circulates in the
- * body. The moment of this axis is the largest or the smallest one. The closed form uses a frame in
- * which m is along e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X).
- * The functions alpha and beta are theta1 and theta4 in the square of the nome, with the common
- * rate
+/* Set-up of the closed-form solution for the free top. Let a (axis 3) be the principal axis about
+ * which m circulates in the body frame. The moment about this axis is the largest or the smallest
+ * of the three. The solution uses a frame in which m is along e3 in space and a is along -e3 in the
+ * body frame. In this frame u = -a.e3 = c dn(X). The functions alpha and beta are theta1 and theta4
+ * in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * For small c an equivalent expression is used (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T
  * I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
@@ -14,8 +14,8 @@
 #include "single.h"
 #include "theta.h"
 
-/* The body's axes in a new order: axis 2 has the middle moment, and m circulates about axis 3, with
- * M3 >= 0. D1 and D3 are defined at the head of this file. */
+/* The principal axes in a new order: axis 2 has the intermediate moment, and m circulates about
+ * axis 3, with M3 >= 0. D1 and D3 are defined at the top of this file. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
@@ -25,7 +25,7 @@ typedef struct body_axes {
 } body_axes;
 
 /* Returns the rotation that takes e3 to axis k, and e2 to axis `middle` up to its sign. If
- * `reverse` is nonzero, the rotation also reverses e1 and e3. */
+ * `reverse` is nonzero, the images of e1 and e3 are reversed. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -40,8 +40,7 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-/* Returns the axes in the new order, given the principal moments and the momentum m in the body
- * frame. */
+/* Returns the reordered axes, given the principal moments and the momentum m in the body frame. */
 static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, middle = 1, high = 2;
@@ -82,14 +81,14 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
- * or any motion of a body with two equal moments. Returns 0 for all other motions. An axial rotor
- * adds a constant rate to the rotation about axis 3 of a body whose first two moments are equal.
- * `half_turn` is half of this rate. */
+ * or any motion of a body with two equal moments. Returns 0 for all other motions. If the first two
+ * moments are equal, an axial rotor adds a constant rate to the rotation about axis 3. `half_turn`
+ * is half of this rate. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Smaller components are treated as zero, because their squares are negligible. */
+    /* Components below this limit are treated as zero, because their squares are negligible. */
     const double least = 1e-75 * size.hi;
     const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
@@ -110,8 +109,8 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the common rate of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 - c^2. If
- * c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
+/* Returns the common rate of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 - c^2.
+ * For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -126,8 +125,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
- * elliptic integral of the first kind. The scales of the series follow from their values at the
- * turning heights: `above` is the largest |beta|, and `below` is the largest |alpha|. */
+ * elliptic integral of the first kind. The scale factors of the series follow from their values at
+ * the turning heights: `above` is the largest |beta|, and `below` is the largest |alpha|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -154,15 +153,16 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* LEAST_SQUARE is a lower bound that is imposed on k^2, k'^2 and 1 - c^2, so that quotients stay
- * finite. The bound is far below their values in all motions that `set_up_steady_motion` does not
- * handle. If k'^2 is below CLOSE, the phase of the start may be measured from the middle axis. */
+/* LEAST_SQUARE is a lower bound imposed on k^2, k'^2 and 1 - c^2 to keep quotients finite. The
+ * bound is far below the values of these quantities in any motion that set_up_steady_motion does
+ * not handle. If k'^2 is below CLOSE, the initial phase may be measured from the intermediate
+ * axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Returns the phase at the start [turns]. The functions cn and sn are M1 and M2 up to constant
- * factors. Near the middle axis, where sn = +-1, the phase is measured from this axis by sn(K - x)
- * = cn/dn. A difference of two long times would otherwise lose digits. */
+/* Returns the initial phase [turns]. The functions cn and sn are proportional to M1 and M2. Near
+ * the intermediate axis, where sn = +-1, the phase is measured from this axis by sn(K - x) = cn/dn.
+ * Otherwise, the difference of two large times would lose digits. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -180,7 +180,7 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up a motion of a body with three different moments, except a rotation about a principal
+/* Sets up a motion of a body with three different moments, other than a rotation about a principal
  * axis. */
 static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
                                      kr_quat left)
@@ -211,17 +211,17 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
              second = turns_between(f[2], f[3], target.x, target.y);
     phase_start(&exact->first, first);
     phase_start(&exact->second, first);
-    /* alpha and beta use the same phase. The constant difference of their phases becomes a rotation
-     * of the frame about m. */
+    /* alpha and beta use the same phase. The constant difference between their phases is included
+     * in the frame, as a rotation about m. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin refers to the axis on the side of the momentum, but here the axis lies along
-     * -e3. */
+    /* The mean spin refers to the axis direction on the side of the momentum, but here the axis
+     * points along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body without torque, in internal units. `half_turn` is as in
+/* Returns the closed-form solution for a torque-free body, in internal units. `half_turn` is as in
  * set_up_steady_motion. */
 static kr_exact_form euler_closed_form(const exact_top *top, dd half_turn)
 {

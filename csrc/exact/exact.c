@@ -1,18 +1,18 @@
-/* The method `exact`: the closed form of Lagrange, Kowalewski and Goryachev-Chaplygin tops, and of
- * any body without torque. The method needs no intermediate steps, its error does not grow, and it
- * conserves all integrals. A step ends at the requested time. Without a requested end, a step is
- * one period of the nutation, or one period of the first angle for a Kowalewski or
- * Goryachev-Chaplygin top. Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange
- * top; Jacobi (1849) for the free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski
- * top; Chaplygin (1901) for the Goryachev-Chaplygin top, except for its heading. */
+/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops,
+ * and for any torque-free body. The method needs no intermediate steps, its error does not grow
+ * with time, and it conserves all integrals. A step ends at the requested time. If no time is
+ * requested, a step is one period of the nutation, or of the first angle for a motion on a torus.
+ * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top; Jacobi (1849) for the
+ * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
+ * Goryachev-Chaplygin top, except for its heading. */
 #include "dispatch.h"
 #include "method.h"
 #include "model/scene.h"
 #include "torus.h"
 
-/* The closed forms of tops whose motion is on a torus. The code for these forms is as large as that
- * for all other closed forms. If KR_NO_TORUS is defined, the method does not apply to these
- * tops. */
+/* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
+ * Goryachev-Chaplygin). The code of these solutions is as large as that of all others together. If
+ * KR_NO_TORUS is defined, their code is omitted, and the method does not apply to these tops. */
 static const kr_torus_form *const torus_forms[] = {
 #ifndef KR_NO_TORUS
     &kr_kowalewski_form,
@@ -33,15 +33,16 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* Returns the closed form for bodies of this kind, or NULL if there is none on a torus. */
+/* Returns the table entry for bodies of this kind, or NULL if their motion has no closed-form
+ * solution on a torus. */
 static const kr_torus_form *find_torus_form(kr_kind kind)
 {
     const kr_torus_form *const *form = torus_forms;
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the number of doubles that a top needs after its kr_exact_form: a plan, and the memory in
- * which a new plan is set up. */
+/* Returns the number of doubles that a top needs in addition to its kr_exact_form. The doubles hold
+ * the current plan, and a new plan during its set-up. */
 static size_t torus_doubles(const kr_torus_form *form)
 {
     return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);
@@ -59,14 +60,15 @@ size_t kr_exact_extra_doubles(void)
     return most;
 }
 
-/* The work of the method begins with a kr_exact_form. If `aux` points to a kr_torus_form, the state
- * is computed from a plan stored after the kr_exact_form, which then has only the period. */
+/* Returns the kr_exact_form at the beginning of the work array. If `aux` points to a kr_torus_form,
+ * states are computed from the plan that follows, and only the period of the kr_exact_form is
+ * used. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;
 }
 static void *plan_of_motion(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
-/* Sets up a new plan in separate memory. If the scene is refused, the old plan stays in use. */
+/* Sets up a new plan in separate memory. If the set-up fails, the old plan remains in use. */
 static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;

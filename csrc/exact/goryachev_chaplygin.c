@@ -1,11 +1,11 @@
-/* The closed form of a scene's Goryachev-Chaplygin top. This file is compiled once for each
- * instruction set, because double-double products are three times as fast with fused
+/* Set-up of the closed-form solution for a Goryachev-Chaplygin top. This file is compiled once for
+ * each instruction set, because double-double products are three times as fast with fused
  * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
 
-/* The plan, and the intermediate results of its set-up. */
+/* A plan, with the intermediate results of the set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
     chaplygin_curve curve;
@@ -13,7 +13,7 @@ typedef struct chaplygin_memory {
 } chaplygin_memory;
 
 /* A top in the axes and units of goryachev_chaplygin_curve.h: L, e3, and the square roots of |u1|
- * exp(i chi) and |u2| exp(i chi), where chi belongs to the respective u. */
+ * exp(i chi1) and |u2| exp(i chi2). */
 typedef struct chaplygin_top {
     dd L[3], g[3], u[2];
     cdd root[2];
@@ -35,8 +35,8 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
     return 1;
 }
 /* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u
- * + L2 g3/2, A + i C = u exp(i chi). L1 - i L2 is -2i times the product of the two square roots.
- * The sign of the second root follows from this equation. */
+ * + L2 g3/2, A + i C = u exp(i chi). The sign of the second square root follows from L1 - i L2 =
+ * -2i * product of the two square roots. */
 static void separate(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
@@ -58,8 +58,8 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
-/* Extends the series of the parts, and the series of the time, with zeros to the length of the
- * longest one. */
+/* Pads all series with zeros to equal length: the series c and s of both angles, and likewise the
+ * two series of the time. */
 static void equalise_series(kr_angle_series angle[2])
 {
     int parts = 0, times = 0;
@@ -75,8 +75,9 @@ static void equalise_series(kr_angle_series angle[2])
             while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
     }
 }
-/* Returns half of an arc's angle at the start [turns], and writes the sum of the time series there.
- * Sets the signs of the series c and s. The variable u decreases while x increases from 0 to pi. */
+/* Returns half of the initial angle on an arc [turns], and writes the value of the time series at
+ * this angle. Sets the signs of the series c and s. The variable u decreases while x increases from
+ * 0 to pi. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -95,9 +96,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the bound of the slip, and the numbers of terms and the tolerance of Newton's method. The
- * least derivative of t with respect to tau is the least |m|, which is the distance between the two
- * arcs. */
+/* Sets the bound of the slip, and the numbers of terms and the tolerance for Newton's method. The
+ * minimum of dt/d tau is the minimum of |m|, which is the distance between the two arcs. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -118,7 +118,7 @@ static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2]
     plan->rounding = 0x1p-53 / rate;
     plan->tolerance = sqrt(0.25 * plan->rounding * (2.0 * least / bend));
 }
-/* Sets the rates of the angles in tau and in t. */
+/* Sets the rates of the angles with respect to tau and to t. */
 static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -132,7 +132,7 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
         plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
     }
 }
-/* Sets the slip and the mean angles at the start. A mean angle is the true angle minus the slip
+/* Sets the initial slip and the initial mean angles. A mean angle is the true angle minus the slip
  * times the rate. */
 static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
 {
@@ -141,8 +141,8 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
         phase_start(&plan->torus.turn[j],
                     dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
-/* Returns 1 if the top swings or circles in a plane that contains the third axis or is
- * perpendicular to it. The start may differ from such a motion by rounding errors. */
+/* Returns 1 if, up to rounding errors, the top swings or circles in a plane that contains the third
+ * axis or is perpendicular to it. */
 static int is_planar(const chaplygin_top *y)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
@@ -150,7 +150,8 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the named refusal of a degenerate motion, or `refusal` if the motion has no name. */
+/* Returns the specific reason why a degenerate motion is refused, or `refusal` if there is no
+ * specific reason. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
                                         kr_chaplygin_refusal refusal)
 {
@@ -171,8 +172,8 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    /* If G is zero, two branch points coincide. In this case, a neighbouring motion is used. The
-     * two motions differ by less than rounding errors, unless the motion is planar and unstable. */
+    /* If G is zero, two branch points coincide, and a neighbouring motion is used instead. The two
+     * motions differ by less than rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
@@ -197,7 +198,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     set_start(plan, half, time);
     return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
 }
-/* Sets the heading at the start from the attitude `q` there, before the plan has a frame. */
+/* Sets the initial heading from the initial attitude `q`. The frame of the plan is not yet set. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, dd_of(0.0)),
@@ -241,8 +242,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the growth of psi during the time `moment`: the integral of L1/|L|^2, by Gauss's rule
- * with 5 points. */
+/* Returns the increase of psi during the time `moment`: the integral of L1/|L|^2, by the 5-point
+ * Gauss rule. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
@@ -256,8 +257,9 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns the largest error of a plan in internal units. The attitude is compared at the start. e3,
- * the momentum and the growth of the heading are compared a short time later. */
+/* Returns the largest error of a plan in internal units. The attitude is checked at the initial
+ * time. The vertical e3, the momentum and the increase of the heading are checked a short time
+ * later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {
@@ -283,9 +285,9 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan: the largest of the errors of the omitted terms, of a state
- * near the start, and of the heading due to rounding. The last is the rounding error of the
- * heading's rate, a mean over the grid, divided by the rate of an angle. The rates of the angles
+/* Returns the certificate of a plan. The certificate is the largest of the truncation error, the
+ * error of a state near the initial time, and the rounding error of the heading. The rounding error
+ * of the heading is that of its mean rate, divided by the rate of an angle. The rates of the angles
  * are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
@@ -305,8 +307,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
 }
-/* Converts a checked scene to the axes and units of the closed form. The vertical component of the
- * momentum is treated as zero. */
+/* Converts a checked scene to the axes and units of the closed-form solution. The vertical
+ * component of the momentum is treated as zero. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {
@@ -370,7 +372,7 @@ static kr_state chaplygin_state(const void *memory, double t)
 static kr_state chaplygin_state_at(const void *memory, double first, double second)
 {
     const kr_chaplygin_plan *plan = memory;
-    /* The phases are halves of angles. `second` is the whole angle instead if only integer
+    /* The phases are half the angles, except that `second` is the whole angle if only integer
      * multiples of it occur. */
     const double part = plan->angle[1].is_whole[0] ? 0.5 : 1.0;
     const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};

@@ -2,8 +2,9 @@
  * double-double.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
- * along sign(gravity) com. Axis 3 is the odd principal axis, with the sign that makes G positive.
- * With the momentum L in the body frame, g = e3 in the body frame, and <L, g> = 0,
+ * along sign(gravity) com. Axis 3 is the distinct principal axis (moment 1/4), with the sign that
+ * makes G positive. With the momentum L in the body frame, g = e3 in the body frame, and <L, g> =
+ * 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
@@ -22,7 +23,7 @@
 enum { GRID = 2048 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Roots 0, 1 and 2 belong to p+, and roots 3, 4 and 5 to p-. */
+/* Roots 0, 1 and 2 are those of p+, and roots 3, 4 and 5 those of p-. */
 enum { CURVE_ROOTS = 6 };
 
 typedef struct chaplygin_curve {
@@ -36,7 +37,8 @@ typedef struct chaplygin_curve {
 typedef struct chaplygin_arc {
     dd A, B, C;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2. For complex roots a and b have the real part. */
+    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
+     * part. */
     dd a[CURVE_ROOTS], b[CURVE_ROOTS];
     dd p, q;              /* averages of P and |u| P */
     int points;           /* number of intervals used */
@@ -44,8 +46,8 @@ typedef struct chaplygin_arc {
 } chaplygin_arc;
 
 /* Finds the roots of 2 u^3 - h u - G/2. The largest root is found first, by Newton's method from
- * above, where the cubic is convex. Returns the discriminant of the two other roots divided by the
- * square of the largest. */
+ * above, where the cubic is convex. Returns the discriminant of the other two roots, divided by the
+ * square of the largest root. */
 static double find_cubic_roots(dd h, dd G, dd root[3])
 {
     const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
@@ -90,8 +92,8 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
                  minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
-    /* The discriminants have about 31 digits. The frequencies depend on the logarithm of the second
-     * discriminant. */
+    /* The discriminants are accurate to about 31 digits. The frequencies depend on the logarithm of
+     * the second discriminant. */
     if (!(plus > 1e-20)) return plus > -1e-20 ? KR_CHAPLYGIN_COINCIDENT : KR_CHAPLYGIN_START;
     if (!(fabs(minus) > 1e-15)) return KR_CHAPLYGIN_SEPARATRIX;
     o->pair = minus < 0.0;
@@ -100,9 +102,9 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between two neighbouring real roots. `low` is the index of the lower one in
- * ascending order. The scale moves the roots next to the arc as far away from it as possible on the
- * circle of real numbers. */
+/* Sets up the arc between two neighbouring real roots. `low` is the index of the lower root in
+ * ascending order. The scaling is chosen so that the neighbouring roots are as far from the arc as
+ * possible on the projective real line. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -120,8 +122,8 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
         arc->b[i] = dd_sub(to, o->root[i]);
     }
 }
-/* Sets up the arcs on which u1 and u2 move. Returns 1 if the values of u1 and u2 at the start lie
- * on these arcs. */
+/* Sets up the arcs on which u1 and u2 move. Returns 1 if the initial values of u1 and u2 lie on
+ * these arcs. */
 static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
 {
     const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
@@ -137,7 +139,7 @@ static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2
     return 1;
 }
 static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
-/* Returns P and writes |u| to `size`, given sin^2 and cos^2 of x/2. */
+/* Returns P, and writes |u| to `size`. s and c are sin^2 and cos^2 of x/2. */
 static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
     const dd D = mix(arc->C, s, dd_of(1.0), c);
@@ -152,7 +154,8 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
 /* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), which are the square roots of |p+|/2 and
- * |p-|/2, given sine and cosine of x/2. Both square roots are positive between x = 0 and pi. */
+ * |p-|/2. s and c are the sine and cosine of x/2. Both square roots are positive between x = 0 and
+ * pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -191,9 +194,9 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     out->v[1][i] = dd_mul(out->v[0][i], size);
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
-/* Averages the integrands over an arc. Doubles the number of intervals until each average changes
- * by at most the rounding error of a double. The relative error of the last average is then about
- * the square of the relative change. Returns 0 if GRID intervals do not suffice. */
+/* Averages the integrands over an arc. The number of intervals is doubled until each average
+ * changes by at most the rounding error of a double. The relative error of the last average is then
+ * about the square of this change. Returns 0 if GRID intervals do not suffice. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {
@@ -220,7 +223,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the sum of the sine series of an arc with index `which`. */
+/* Returns the value of one of the sine series of an arc. `which` is the index of the series. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

@@ -1,5 +1,5 @@
-/* The state of a Goryachev-Chaplygin top at time t, from its plan. The same kernel evaluates one
- * time, or one time in each lane. Results in a lane and for a single time are bitwise equal.
+/* Evaluation of the plan of a Goryachev-Chaplygin top at time t. The same kernel evaluates a single
+ * time, or one time in each lane. The results in both cases are bitwise equal.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -14,7 +14,7 @@ typedef struct angle_lanes {
     wide c[5], s[5];
 } angle_lanes;
 
-/* Computes the cosines and sines of the multiples from those of half of the angle. */
+/* Computes the cosines and sines of the multiples of half of the angle. */
 INLINE void fill_angle(angle_lanes *a)
 {
     a->c[0] = wide_splat(1.0);
@@ -33,9 +33,9 @@ INLINE angle_lanes angle_of(dd half)
     fill_angle(&a);
     return a;
 }
-/* Clenshaw's recurrence for one series, whose terms of even and of odd index are summed separately.
- * Each recurrence has twice the angle as its argument and needs half as many steps. The members
- * have the last value of each recurrence, and the one before. */
+/* Clenshaw's recurrence for one series, with separate sums for even and odd indices. Each of the
+ * two recurrences uses twice the angle, and needs half as many steps. The members hold the last two
+ * values of each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -46,7 +46,7 @@ INLINE clenshaw_sum begin_sum(void)
     const clenshaw_sum p = {{zero, zero}, {zero, zero}};
     return p;
 }
-/* Adds the terms k and k + 1, for even k. */
+/* Adds the terms with indices k and k + 1, for even k. */
 INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -55,7 +55,7 @@ INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
         p->last[i] = now;
     }
 }
-/* Returns the sum of cosines or sines of the multiples k + shift/2 of the angle. */
+/* Returns the sum of the terms with cosines or sines of k + shift/2 times the angle. */
 INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angle_lanes *a)
 {
     wide sum = wide_splat(0.0);
@@ -66,7 +66,7 @@ INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angl
     }
     return sum;
 }
-/* Returns the series c or s (`which` 0 or 1) of an angle. */
+/* Returns the value of the series c (`which` 0) or s (`which` 1) of an angle. */
 INLINE wide finish_part(const kr_angle_series *e, int which, const clenshaw_sum *p,
                         const angle_lanes *a)
 {
@@ -80,8 +80,9 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     for (int k = e->count[which] - 2; k >= 0; k -= 2) step_sum(&p, twice, e->part[which] + k);
     return finish_part(e, which, &p, a);
 }
-/* Writes the sums c and s of both angles. The four series have the same number of terms. All four
- * are summed in parallel, because the steps of a single recurrence depend on each other. */
+/* Writes the values of the series c and s of both angles. The four series have the same number of
+ * terms. All four are summed in parallel, because the steps of a single recurrence depend on each
+ * other. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -98,8 +99,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Returns the slip minus the step of Newton's method at this slip: the time, which should be zero,
- * divided by its derivative in tau. Only the first `terms` of each series are summed. */
+/* Returns the slip after one Newton step from `slip`. Writes the residual at `slip`, which is the
+ * error of the time, to `value`. Each series is truncated to its first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -119,12 +120,12 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
                                      second->rate * finish_sum(&v, 0, 0, &b));
     return slip - *value / slope;
 }
-/* Returns the slip, which is the difference between tau and its mean growth. `half` contains half
- * of each mean angle. The first steps of Newton's method use the first terms of the series only.
- * The later steps are confined to a bracket, which exists because t grows monotonically with tau. A
- * Newton step is replaced by bisection unless it is at most half as long as the previous step,
- * because Newton's method can alternate between two points on either side of the solution. Writes
- * the true angles to `a`. */
+/* Returns the slip, which is the difference between tau and its mean value at the same time. `half`
+ * contains half of each mean angle. The first Newton steps use only the first terms of the series.
+ * The later steps are confined to a bracket, which exists because t increases monotonically with
+ * tau. A Newton step longer than half the previous one is replaced by bisection. Newton's method
+ * could otherwise alternate between two points on either side of the solution. Writes the true
+ * angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -157,14 +158,14 @@ typedef struct heading_waves {
     wide w[2 * HEADING_WIDE];
 } heading_waves;
 
-/* Writes the product of wave k and the wave of the angle whose cosine and sine are c and s. */
+/* Multiplies exp(i k a) by c + i s, and writes the real and imaginary parts of the product. */
 INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
 {
     to[0] = from[0] * c - from[1] * s;
     to[1] = from[1] * c + from[0] * s;
 }
-/* Computes each wave from the one four indices before. Four independent recurrences are faster than
- * one, whose steps depend on each other. */
+/* Computes the cosines and sines by recurrences with stride four. Four independent recurrences are
+ * faster than a single one, because the steps of each recurrence depend on each other. */
 INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
                                heading_waves *wave)
 {
@@ -178,8 +179,8 @@ INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes 
     turn_wave(w + 2, a->c[4], a->s[4], w + 6);
     for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
 }
-/* Writes the sums of the cosine terms and of the sine terms of a row. The pairs of even and of odd
- * index are summed separately. The number of pairs is even. */
+/* Writes the sums of the cosine terms and of the sine terms of a row. Pairs with even and odd index
+ * are summed separately. The number of pairs is even. */
 INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
 {
 #if defined KR_ONE_LANE && defined __GNUC__
@@ -200,7 +201,7 @@ INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *
     *u = sum[0] + sum[2];
     *v = sum[1] + sum[3];
 }
-/* Returns the sum of all terms of the heading that are not slow. */
+/* Returns the sum of all terms of the heading except the slow ones. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves waves;
@@ -222,14 +223,14 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
-/* Returns sin x / x for |x| <= 1/2. The first term left out is below 5e-17. */
+/* Returns sin x / x for |x| <= 1/2. The first omitted term is below 5e-17. */
 INLINE wide sinc_of(wide x)
 {
     const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
     return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
 }
-/* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), over the time
- * `tau` since the start. */
+/* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), from 0 to
+ * `tau`. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
 {
     wide sum = wide_splat(0.0);
@@ -251,9 +252,9 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
- * growth of tau since the start. The frame of the plan transforms it to the frame of
- * description. */
+/* Returns the state at `time`. `mean` contains half of each mean angle at this time, and `elapsed`
+ * is the mean increase of tau since the initial time. The frame of the plan transforms the state to
+ * the frame of description. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)
 {
@@ -286,7 +287,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, which is `span` after the beginning. */
+/* Returns the state at `time`, which is `span` after the initial time. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),

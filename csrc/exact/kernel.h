@@ -1,8 +1,9 @@
-/* The state of the closed form at time t. The same kernel evaluates single times and many times.
- * The kernel has no branches and calls only sqrt, so compilers can vectorize a loop over times.
- * Results are bitwise equal for all vector widths. This header is compiled once for each
- * instruction set, because the loop uses the vectors of that instruction set. In the formulas e is
- * the closed form; a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
+/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for single
+ * times and for many times. The kernel has no branches and calls no function except sqrt, so
+ * compilers can vectorize a loop over times. Results are bitwise equal for all vector widths. This
+ * header is compiled once for each instruction set, because the loop uses the vectors of that
+ * instruction set. In the code, e is the closed-form solution; a, b and h denote alpha, beta and
+ * the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -34,9 +35,10 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns a phase at time t [turns], up to whole turns. The high word lies between 0 and 2.
+/* Returns the phase at time t [turns], modulo whole turns. The high word lies between 0 and 2.
  * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
- * the high word. Without the low word, this error would be half of the error of a state. */
+ * the high word. If the low word were omitted, its error would account for half of the error of a
+ * state. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -53,8 +55,9 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes sine and cosine of x turns. The low bits of u hold the number of quarter turns nearest to
- * x. The polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
+/* Writes the sine and cosine of an angle of x turns. The low bits of u hold the number of quarter
+ * turns nearest to x. The polynomials are evaluated at the remainder y, which is at most an eighth
+ * of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -74,8 +77,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* An exponential, by exp(a) = 2^k exp(r) with |r| <= (ln 2)/2. The low bits of k + 1.5 * 2^52,
- * added to the exponent of 1.0, give 2^k. */
+/* An exponential, computed as exp(a) = 2^k exp(r) with |r| <= (ln 2)/2. Adding the low bits of k +
+ * 1.5 * 2^52 to the exponent of 1.0 gives 2^k. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
@@ -104,7 +107,7 @@ INLINE exponential exponential_of(dd a)
     e.minus = of_bits((bits_of(shift - k) << 52) + one);
     return e;
 }
-/* Writes sinh and cosh of a. */
+/* Writes the hyperbolic sine and cosine of a. */
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
     const exponential e = exponential_of(a);
@@ -122,17 +125,17 @@ INLINE wide poly5(const wide a[], wide s, wide ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* The theta functions of alpha, beta and the horizontal momentum, and separately the phases of
- * alpha and beta [turns]. */
+/* The values of the theta functions for alpha, beta and the horizontal momentum. The phases of
+ * alpha and beta [turns] are stored separately. */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
-/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome,
- * with hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome
- * adds a phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta
- * is a theta4 instead of a theta2. */
+/* Evaluates the theta series at time t. If `dual` is nonzero, the series are in the dual nome, with
+ * hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome adds a
+ * phase that is proportional to the phase of the nutation (`slope`). If `euler` is nonzero, beta is
+ * a theta4 instead of a theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -171,8 +174,8 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which is `span` after the beginning, without applying the frame. A
- * free (Euler's) body has a constant momentum, and its alpha and beta have the same phase. */
+/* Returns the state at `time`, which is `span` after the initial time. Does not apply the frame.
+ * For a free body (`euler`), the momentum is constant, and alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);
@@ -201,10 +204,10 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* For longer times, exact products overflow if they are computed without fma. */
+/* For larger times, exact products would overflow if computed without fused multiply-add. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel can be used at the time `span` after the beginning: doubles resolve the
- * fractional part of a phase of at most 2^50 turns. */
+/* Returns 1 if the kernel is valid at the time `span` after the initial time. The phases must not
+ * exceed 2^50 turns, so that doubles resolve their fractional parts. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -1,16 +1,16 @@
-/* Set-up of the Lagrange top's closed form. Let u = a.e3 be the height of the axis a, U u the
- * potential energy, W = m / I1 and g = 2 U / I1. The height obeys
+/* Set-up of the closed-form solution for the Lagrange top. Let u = a.e3 be the height of the axis
+ * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The rates (nu of the nutation, k1 and k2 of alpha and beta) and the roots are computed in
- * double-double, from differences that lose no digits. The moment about the axis affects only a
- * constant spin, which is added. This header is compiled once for each instruction set and number
- * of lanes (lane_types.h). */
+ * double-double, without cancellation. The moment about the axis only contributes a constant spin,
+ * which is added separately. This header is compiled once for each instruction set and number of
+ * lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
 #include "theta.h"
 
-/* Data of the initial state, in the notation of the head of this file. */
+/* Data of the initial state, in the notation defined at the top of this file. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
@@ -20,8 +20,8 @@ typedef struct initial {
     dd climb;           /* du/dt */
 } initial;
 
-/* The distances of the turning heights u1, u2 and of u3 from the start u0, from the poles, and from
- * each other. A distance that grows without bound as the torque vanishes is multiplied by g. */
+/* The distances of u1, u2 and u3 from the initial height u0, from the poles u = -1 and 1, and from
+ * each other. Distances that become infinite for zero torque are multiplied by g. */
 typedef struct turning {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -46,9 +46,9 @@ static inline initial initial_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Finds the turning heights if u3 is the lone root. The cubic is expanded about the start, in v = u
- * - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0). The two other
- * roots are then the roots of a quadratic. */
+/* Finds the turning heights if u3 is the isolated root. The cubic is expanded about the initial
+ * height, in v = u - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 -
+ * u0). The other two roots then solve a quadratic equation. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
@@ -68,7 +68,7 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
     r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
     r->minus1 = dd_add(s->minus, r->down);
 }
-/* Finds the turning heights if u1 is the lone root. The cubic is expanded about the upper pole,
+/* Finds the turning heights if u1 is the isolated root. The cubic is expanded about the upper pole,
  * because u2 and u3 can coincide only there. */
 static inline void about_top(const initial *s, wide guess, turning *r)
 {
@@ -95,14 +95,13 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Computes the smaller of a and b again, as product / (larger * beside), which loses no digits. The
- * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they remain
- * zero. */
+/* Recomputes the smaller of a and b as product / (larger * beside), without cancellation. The mask
+ * `smaller_a` marks the lanes in which a is smaller than b. If both are zero, they remain zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
-    const mask known = is_positive(larger.hi); /* If not positive, all three heights coincide. */
+    const mask known = is_positive(larger.hi); /* else all three heights coincide */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }
@@ -114,8 +113,8 @@ static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
-    /* Distances are raised to at least this level, which is far below rounding errors. Quotients
-     * then stay finite. */
+    /* Smaller distances are replaced by this value, which is far below rounding errors, so that
+     * quotients remain finite. */
     const dd level = dd_splat(1e-36);
     if (!top) sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
@@ -138,8 +137,8 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the turning heights. The cubic is expanded about the point where two close roots lose no
- * digits. */
+/* Finds the turning heights. The cubic is expanded about a point where two nearly equal roots are
+ * computed without loss of digits. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -164,9 +163,9 @@ static turning turning_heights(const initial *s)
 }
 /* Writes the rates nu, k1 and k2, and returns agm(1, k'). The rate k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
- * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. For k2
- * the sum starts from u3 or from u2, whichever is farther from the pole and therefore has the
- * larger p0. */
+ * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. For k2,
+ * the sum starts from u2 or u3, whichever is farther from the pole and therefore has the larger
+ * p0. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -216,8 +215,8 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     return a;
 }
 /* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
- * nonzero. Their scales follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the turning
- * heights. */
+ * nonzero. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1
+ * - u)/2 at the turning heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -259,7 +258,7 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
     } else
         series_of_kind(exact, r, a, 0);
 }
-/* Sets the scale of the horizontal momentum from its value at the lower turning height. The
+/* Sets the scale factor of the horizontal momentum from the value at the lower turning height. The
  * momentum is larger there than at the upper one, because m1 p2 >= p1 m2 and plus3 >= minus3 (in
  * the notation of arguments_of). The series, a theta3 of a real or imaginary argument, is
  * positive. */
@@ -276,8 +275,8 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the phase of the start [turns], between 0 and 1/4, computed from the distance to the
- * nearer turning height. */
+/* Returns the initial phase [turns], between 0 and 1/4. The phase is computed from the distance to
+ * the nearer turning height. */
 static inline dd phase_at_start(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
@@ -292,11 +291,12 @@ static inline dd phase_at_start(const turning *r, wide mean)
                                   wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
-/* Sets the phases of the nutation, of alpha and of beta at the start. The phase of the horizontal
- * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed,
- * because a phase is inaccurate if its quantity is near zero. The phase of the momentum is less
- * accurate if the momentum is nearly vertical. The formula is used only if the momentum is more
- * than twice as large as the smaller of alpha and beta. */
+/* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
+ * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
+ * directly, because the phase of a quantity near zero is inaccurate. The phase of the momentum is
+ * less accurate if the momentum is nearly vertical. Relative to their largest values, the momentum
+ * must be more than twice as large as the smaller of alpha and beta; otherwise its phase is not
+ * used. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -307,7 +307,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    /* Squared sizes relative to their largest values. */
+    /* Squared magnitudes, relative to their largest values. */
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
@@ -319,28 +319,28 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Any two of the three phases would be correct; the two with the smallest rounding errors are
-     * used. */
+    /* Any two of the three phases determine the third. The two with the smallest rounding errors
+     * are used. */
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis rests at a pole. Otherwise its tilt or its velocity exceeds the limit of
- * kr_exact_resolves. */
+/* Returns 1 if the axis is at rest at a pole. In all other cases, the tilt or the velocity of the
+ * axis exceeds the limit of kr_exact_resolves. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of c (1/I3 - 1/I1) with c = <m, a>: half of the difference between the spin and the
- * component of W along the axis. The shift is added to the rate of alpha and subtracted from the
- * rate of beta. */
+/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
+ * spin and the component of W along the axis. The caller adds the result to the rate of alpha and
+ * subtracts the result from the rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Intermediate results of the set-up of a closed form, in the order of its stages. */
+/* Intermediate results of the set-up of a closed-form solution, in the order of the stages. */
 typedef struct setting {
     exact_lanes exact;
     exact_top top;
@@ -351,7 +351,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Computes the data that all later stages need. */
+/* Computes the data needed by all later stages. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);
@@ -369,9 +369,10 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Sets up closed forms in internal units, after begin_setting. The axis of each top must not rest
- * at a pole, and its lever must be positive. Each stage is done for all settings before the next
- * stage, because the first-level instruction cache cannot hold the code of all stages. */
+/* Sets up n closed-form solutions in internal units, after begin_setting has been called for each.
+ * The axis of each top must not be at rest at a pole, and the lever must be positive. Each stage is
+ * completed for all tops before the next stage, because the code of all stages exceeds the
+ * first-level instruction cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -1,25 +1,26 @@
 /* The members of kr_exact, kr_exact_map and kr_turning. kreisel.h declares the first members and
  * reserves memory for the others, so that programs do not depend on the layout. Only dispatch.c
- * uses the types of kreisel.h; all other files of the library use the types of this header. */
+ * uses the public types; all other files use the types of this header. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
 #include "kreisel.h"
 
-/* A theta function as polynomials in sin^2 of its argument, for the real and imaginary parts. */
+/* A theta function, stored as two polynomials in sin^2 of the argument, for the real and the
+ * imaginary part. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
 } kr_theta;
-/* A phase that grows at a constant rate: the rate [turns per unit of time] and the value at the
- * start [turns], each in two words. */
+/* A phase that grows at a constant rate: the rate [turns per unit of time] and the initial value
+ * [turns], each in two words. */
 typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 
-/* The closed form of lane_types.h. All members consist of doubles, like those of kr_exact.
- * Therefore C's rules of aliasing permit reading a kr_exact through a pointer to this type. The
- * library writes a kr_exact by memcpy. */
+/* The closed-form solution of lane_types.h. All members consist of doubles, like those of kr_exact.
+ * The aliasing rules of C therefore permit a kr_exact to be read through a pointer to this type.
+ * The library writes a kr_exact by memcpy. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */
@@ -47,7 +48,7 @@ typedef struct kr_turning_form {
     double sum, difference, inertia, axial_energy, lever;
 } kr_turning_form;
 
-/* Declares an array type of negative size, which does not compile, if a condition is false. */
+/* A compile-time assertion: if the condition is false, declares an array type of negative size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
 KR_CHECK_LAYOUT(kr_exact_is_laid_out,
                 sizeof(kr_exact) == sizeof(kr_exact_form) &&
@@ -72,7 +73,8 @@ KR_CHECK_LAYOUT(kr_turning_is_laid_out,
                         offsetof(kr_turning_form, critical_spin) &&
                     offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
                     offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
-/* One of these structures would have more padding if two types had different alignments. */
+/* If a public type and its private counterpart had different alignments, these structures would
+ * differ in their padding. */
 struct kr_aligned_public {
     char a;
     kr_exact exact;

@@ -1,6 +1,6 @@
 /* Small dense least-squares problems, solved in doubles by Householder's QR factorization with
  * column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the
- * longest counts as zero. */
+ * longest one is treated as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>
@@ -8,7 +8,7 @@
 
 enum { LSQ_ROWS = 72, LSQ_COLUMNS = 8 };
 
-/* The matrix is stored by columns. `rank` is the number of columns that are not zero. */
+/* A matrix, stored by columns. `rank` is the number of columns that are not treated as zero. */
 typedef struct lsq {
     int rows, columns, rank;
     double a[LSQ_COLUMNS][LSQ_ROWS];
@@ -37,7 +37,7 @@ static inline void lsq_exchange(lsq *m, int i, int j)
     m->from[i] = m->from[j];
     m->from[j] = from;
 }
-/* Scales the columns to unit length, and moves those that count as zero to the end. */
+/* Scales the columns to unit length, and moves the columns that are treated as zero to the end. */
 static inline void lsq_scale(lsq *m)
 {
     double size = 0.0;
@@ -55,7 +55,8 @@ static inline void lsq_scale(lsq *m)
     for (int j = 0; j < m->rank; j++)
         for (int i = 0; i < m->rows; i++) m->a[j][i] /= m->size[j];
 }
-/* Applies to x the reflection that column k stores from its diagonal element downwards. */
+/* Applies the k-th Householder reflection to x. Column k stores this reflection from the diagonal
+ * element downwards. */
 static inline void lsq_reflect(const lsq *m, int k, double *x)
 {
     const double *v = m->a[k];
@@ -68,8 +69,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Column k then stores the reflection from its diagonal element downwards, and
- * a column of R above it. */
+/* Factors the matrix. Afterwards, column k stores a column of R above the diagonal, and the k-th
+ * reflection from the diagonal element downwards. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -103,14 +104,14 @@ static inline void lsq_forward(const lsq *m, double *y)
         y[j] /= m->diagonal[j];
     }
 }
-/* Writes the unknowns in the order and scale of the original columns. */
+/* Writes the unknowns in the order of the original columns, with the scaling undone. */
 static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves the least-squares problem of a factored matrix for one right-hand side, which is
- * overwritten. A column is left out if its diagonal element is at most 1e-13 times that of the
- * first column. */
+/* Solves the least-squares problem for a factored matrix and one right-hand side, which is
+ * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times that of
+ * the first column. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -133,9 +134,9 @@ static inline double lsq_iterate(const lsq *m, double *x)
     lsq_back(m, m->rank, x);
     return lsq_normalise(x, m->rank);
 }
-/* Writes the null vector of a factored matrix. Returns the ratio of the smallest singular value to
- * the next larger one. The singular vectors of both values come from inverse iteration. The second
- * vector is kept orthogonal to the first. */
+/* Writes the singular vector for the smallest singular value of a factored matrix. Returns the
+ * ratio of the smallest singular value to the second smallest. Both singular vectors are found by
+ * inverse iteration, with the second kept orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

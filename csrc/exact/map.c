@@ -1,6 +1,6 @@
-/* The closed form of the Bobenko-Suris map, and its states. This file is compiled once for each
- * instruction set. The map has its own file, so that programs without the map, such as the viewer,
- * do not link it. */
+/* The closed-form solution of the Bobenko-Suris map: set-up and states. This file is compiled once
+ * for each instruction set. The map has its own file, so that programs that do not use the map,
+ * such as the viewer, do not link its code. */
 #include "dispatch.h"
 #include "map.h"
 

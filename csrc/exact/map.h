@@ -1,13 +1,13 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve similar to that
- * of the continuous motion, at equal steps of the curve's phase. In the notation of map_curve.h,
- * where a prime marks the next state,
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie on an elliptic curve like
+ * that of the continuous motion, at equally spaced phases. A link is a pair of consecutive states.
+ * In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
- * Hence the phase of alpha grows by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step, and that
- * of beta by the corresponding expression. The momentum of a state belongs to the link that ends at
- * this state, so its time is half a step earlier. The rotation about the axis is exact, as in
- * methods/bobenko_suris.h. This header is compiled once for each instruction set, because
- * double-doubles are faster with fused multiply-add. */
+ * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
+ * phase of beta increases by the corresponding expression. The momentum of a state belongs to the
+ * link that ends at this state, and thus to a time half a step earlier. The rotation about the axis
+ * is exact, as in methods/bobenko_suris.h. This header is compiled once for each instruction set,
+ * because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
@@ -49,8 +49,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the growth of the phase of alpha (sign 1) or beta (sign -1) in one step, computed from
- * the link that is symmetric about a turning height. */
+/* Returns the increase of the phase of alpha (sign 1) or beta (sign -1) in one step. The increase
+ * is computed from the link that is symmetric about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
@@ -84,7 +84,8 @@ static void map_series(kr_exact_map_form *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 after k steps, scaled like the other theta functions of the kernel. */
+/* Returns theta4 after k steps, with the same scale factor as the other theta functions of the
+ * kernel. */
 static double pole_at(const kr_exact_map_form *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -98,10 +99,10 @@ static double pole_at(const kr_exact_map_form *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the scale of the momentum from its size and its sign at the lower of the two symmetric
- * links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 + E)/(1 + b s).
- * The sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the largest
- * |W|^2. */
+/* Sets the scale factor of the momentum from its magnitude and sign at the lower of the two
+ * symmetric links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 +
+ * E)/(1 + b s). The sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the
+ * largest |W|^2. */
 static double set_momentum(kr_exact_map_form *map, const map_link *k)
 {
     double f[6], g[6], h[6];
@@ -118,9 +119,9 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     if (re * h[4] < 0.0) curve->momentum = -curve->momentum;
     return across + k->l.hi * k->l.hi;
 }
-/* Sets the phases at the start. Of alpha, beta and the momentum, the two largest give the phases.
- * The third phase follows, because the phase of the momentum is the sum of those of alpha and
- * beta. */
+/* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
+ * The two phases of the quantities with the largest magnitudes are computed directly, and the third
+ * follows. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -132,8 +133,8 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->nutation,
                 dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
     factors_at(curve, 0.0, f);
-    /* The middle of the first link is half a step after the start. h includes the growth of the
-     * phases during this half step, so `both` does not. */
+    /* The middle of the first link is half a step after the initial state. h includes the increase
+     * of the phases during this half step, so `both` does not. */
     factors_at(curve, 0.5, h);
     const double sign = curve->momentum * k->unit < 0.0 ? -1.0 : 1.0;
     const dd both = turns_between(sign * h[4], sign * h[5], k->w[0].hi, k->w[1].hi);
@@ -146,8 +147,8 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis rests. A top rests at a pole if its tilt and its velocity are below 1e-100.
- * Without gravity and momentum, it rests in any attitude. */
+/* Returns 1 if the axis is at rest. A top counts as at rest at a pole if its tilt and its velocity
+ * are below 1e-100. Without gravity and momentum, a top is at rest in any attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -155,8 +156,9 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* Sets up the closed form of the map in internal units, with the step as unit of time. Returns 0 if
- * 1 + b s = 0, or if the motion is so near a separatrix that the roots are not accurate enough. */
+/* Sets up the closed-form solution of the map in internal units, with the step size as the unit of
+ * time. Returns 0 if 1 + b s = 0, or if the motion is too close to a separatrix for accurate
+ * roots. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
 {
     const dd i1 = equal_moment(top);
@@ -180,8 +182,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     const dd first = dd_add(k1, twist), second = dd_sub(k2, twist);
     map_series(map, &r);
     curve->nutation = phase_of(r.eta);
-    /* The phases of the momentum's scale include the rotation by the Cayley drift, but not the
-     * twist about the axis. */
+    /* set_momentum needs phases that include the rotation by the Cayley drift, but not the twist
+     * about the axis. */
     curve->first = phase_of(dd_add(k1, angle));
     curve->second = phase_of(dd_sub(k2, angle));
     const double most = set_momentum(map, &k);
@@ -191,8 +193,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. If k
- * is too large for the kernel, returns the initial state. */
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link that ends there.
+ * If k is too large for the kernel, returns the initial state. */
 static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
     const kr_exact_form *curve = &map->curve;
@@ -207,16 +209,16 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed form reproduces the attitude `start`. This may not be the case if the
- * step is 1e-8 or less and the start is very near a pole. Double-double then cannot resolve the
- * distances of the link's heights from the pole. */
+/* Returns 1 if the closed-form solution reproduces the initial attitude `start`. The attitudes may
+ * differ if the step size is 1e-8 or less and the initial axis is very close to a pole.
+ * Double-double then cannot resolve the distances from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the closed form of the Bobenko-Suris map for a scene. A step so large that 1 + b s < 0
- * equals a step of the top with up and down exchanged. The first link of this other top is then
- * used. */
+/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
+ * s < 0 equals a step of the top with up and down exchanged. The solution then starts from the
+ * first link of that top. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};
@@ -233,8 +235,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    /* The first pass determines which way up the top is described, and the second pass uses it. A
-     * third pass would repeat the second. */
+    /* The first pass determines whether up and down are exchanged, and the second pass uses the
+     * result. A third pass would repeat the second. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);

@@ -3,10 +3,10 @@
  *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
  *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
- * where P is a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that
- * grows by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X are
- * reversed. Then b < 0, and the step equals one of the same top under reversed gravity. This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
+ * where P is a cubic with roots s1 <= s <= s2 <= s3. Both s and u are elliptic functions of a phase
+ * that increases by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X
+ * are reversed. Then b < 0, and the step equals a step of the same top under reversed gravity. This
+ * header is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
@@ -14,8 +14,8 @@
 #include "single.h"
 #include "theta.h"
 
-/* The first link, from the start to the state after one step, and the data that determine the
- * curve. */
+/* The first link, from the initial state to the state after one step, and the data that determine
+ * the curve. */
 typedef struct map_link {
     dd l, c, b, energy, x; /* notation of the file's head; b and x are multiplied by `sign` */
     dd s, climb;           /* u + u', u' - u */
@@ -26,7 +26,7 @@ typedef struct map_link {
     double unit;           /* m = unit W */
     double sign;           /* sign of 1 + b s */
 } map_link;
-/* The elliptic functions of a curve, whose phase has the half period pi. */
+/* The elliptic functions of a curve. The phase has the half period pi. */
 typedef struct map_curve {
     dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
     dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */
@@ -43,7 +43,7 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-/* Makes the first step of the map and computes its constants. */
+/* Performs the first step of the map, and computes the constants of the link. */
 static map_link map_link_of(const exact_top *top, double step)
 {
     const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
@@ -93,7 +93,8 @@ static void fill_cubic(map_link *k)
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
 /* Finds the roots of P, expanded in v = s - s0 about the value s0 of the first link. Newton's
- * method gives the lone root. The two others are the roots of a quadratic, without cancellation. */
+ * method gives the isolated root. The other two solve a quadratic equation, without
+ * cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -103,8 +104,8 @@ static void find_map_roots(map_link *k)
     mask top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
     if (top) { /* also if b = 0, where P is a quadratic */
-        /* Division by the lone root V = b v3 leaves v^2 - B v - C for the two others, with
-         * C = c0 / V >= 0. */
+        /* Division by the isolated root V = b v3 leaves v^2 - B v - C for the other two, with C =
+         * c0 / V >= 0. */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
         const dd third = newton_cubic(dd_of(1.0), scaled, guess), product = dd_div(c[0], third);
         const dd b = dd_div(dd_mul(k->b, product), third);
@@ -129,8 +130,8 @@ static void find_map_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link at the phase with these values of sn^2 and
- * cn^2. Both are computed from the distances of s from the roots. */
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) for the link at the phase with the given values of sn^2
+ * and cn^2. Both are computed from the distances of s from the roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -141,7 +142,7 @@ static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_sq
     *s = dd_add(k->s1, up);
     *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-/* Writes real and imaginary part of N+ (sign 1) or N- (sign -1). */
+/* Writes the real and imaginary parts of N+ (sign 1) or N- (sign -1). */
 static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 {
     const dd y = dd_mul(k->x, map_height(k, s));
@@ -163,7 +164,7 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, computed from the product (1 - u)(1 - u') of the link next to u3. */
+/* Returns u3 - 1, computed from the product (1 - u)(1 - u') for the link adjacent to u3. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
@@ -173,13 +174,12 @@ static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
     return dd_div(dd_add(dd_square(re), dd_square(im)),
                   dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
 }
-/* The squares of the elliptic functions sn, cn, dn of eta/2, half of the phase's growth in a
- * step. */
+/* The squares of the elliptic functions sn, cn, dn at eta/2, half the phase increment of a step. */
 typedef struct half_stride {
     dd sn2, cn2, dn2;
 } half_stride;
 
-/* Sets the modulus, the periods and the growth eta of the phase per step, from the roots of the
+/* Sets the modulus, the periods and the phase increment eta per step, from the roots of the
  * cubic. */
 static half_stride set_periods(const map_link *k, map_curve *r)
 {
@@ -204,7 +204,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. Also sets the turning heights on which they depend. */
+ * elliptic integrals of the first kind. Also sets the turning heights on which the arguments
+ * depend. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
@@ -218,8 +219,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd far = dd_add(d, dd_mul(dd_mul(minus2, r->k2), sh));
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
-    /* If y2 is near its limit and u3 near 1, the difference above loses its digits by cancellation.
-     * The product below does not. */
+    /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
+     * cancellation. The product below does not. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));

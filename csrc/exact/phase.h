@@ -1,13 +1,14 @@
-/* Phases and rates of the closed form, and functions of the attitude that its set-ups need. Angles
- * are measured in turns, because whole turns can then be dropped without rounding. This header is
- * compiled once for each instruction set and number of lanes (lane_types.h). */
+/* Phases and rates of a closed-form solution, and functions of the attitude that the set-ups need.
+ * Angles are measured in turns, so that whole turns can be dropped without rounding errors. This
+ * header is compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. These functions describe the state before q is normalized and transformed by the frame.
- * factors_of_kind handles lanes whose series are of one kind, factors_at lanes of any kind. */
+ * phases. These values describe the state before q is normalized and the frame is applied. The
+ * function factors_of_kind requires that all lanes have series of the same kind, whereas factors_at
+ * does not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -40,15 +41,15 @@ static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 
 static const double two_pi = 6.283185307179586477;
 
-/* Returns a phase that starts at 0 and grows at this rate [rad per unit of time]. */
+/* Returns a phase with initial value 0 and the given rate [rad per unit of time]. */
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
     const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
-/* Sets the value of a phase at the start [turns], reduced by whole turns to the range 1 +- 1/2, on
- * which phase_at relies. */
+/* Sets the initial value of a phase [turns], reduced by whole turns to the range 1 +- 1/2, as
+ * phase_at requires. */
 static inline void phase_start(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -68,14 +69,13 @@ static inline wide turns_of_tangent(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns. The argument is a multiple of an eighth of a turn,
- * which is exact, plus an arc tangent of at most a sixteenth of a turn, whose rounding error is
- * small. */
+/* Returns the argument of x + i y in turns. The result is an exact multiple of an eighth of a turn
+ * plus an arc tangent of at most a sixteenth of a turn. */
 static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
-    /* The remainder is the argument of a + i b, where |b| <= a. */
+    /* The remaining angle is the argument of a + i b, where |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
@@ -111,7 +111,7 @@ static inline void turn_first(dd q[4], quat_lanes by)
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
 
-/* Returns a quaternion in double-double as a unit quaternion in doubles. */
+/* Normalizes a double-double quaternion, and returns it rounded to doubles. */
 static inline quat_lanes rounded(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
@@ -121,7 +121,7 @@ static inline quat_lanes rounded(const dd q[4])
 }
 
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
- * Both numbers are computed directly from the quaternion, so that neither loses digits near a
+ * Both numbers are computed directly from the quaternion, so that no digits are lost near a
  * pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
@@ -158,11 +158,12 @@ static inline wide sign_of(wide x)
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
 }
 
-/* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
- * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y also wind about zero,
- * in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through zero,
- * the phase jumps by half a turn in an undefined sense. In this case, the winding number is defined
- * as zero. For a free top, beta is a theta4, which has no zeros and does not wind. */
+/* Sets the period and the mean rates of the Euler angles, from the rates of the phases of the
+ * nutation, of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero.
+ * The sense of the winding is opposite to the sign of y, which is the sign of `slope`. If theta1 or
+ * theta2 passes through zero, its phase jumps by half a turn in an undefined sense. The winding
+ * number is then defined as zero. For a free top, beta is a theta4, which has no zeros and does not
+ * wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -176,8 +177,8 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down exchanged, q -> i q. Gravity that pointed upwards then points
- * downwards. */
+/* Returns the top with up and down exchanged, q -> i q. The exchange reverses the direction of
+ * gravity. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -190,8 +191,8 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Converts the closed form of a top with up and down exchanged to that of the top itself, except
- * for the frame. */
+/* Converts the solution for a top with up and down exchanged to the solution for the top itself,
+ * except for the frame. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -199,9 +200,9 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts the closed form, except for the frame, from internal units to the user's. `unit` is the
- * internal unit of time, a power of two, and `momentum` the internal unit of momentum, both in the
- * user's units. */
+/* Converts a solution, except for its frame, from internal units to the user's units. `unit` is the
+ * internal unit of time, a power of two, and `momentum` is the internal unit of momentum, both in
+ * the user's units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

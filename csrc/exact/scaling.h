@@ -1,14 +1,14 @@
-/* Conversion of a user's scene to the working axes and internal units of the closed form. The error
- * of a state must not grow with time. Therefore nothing that determines a rate is rounded to double
- * precision: the attitude and mass * gravity * com are double-double products, and the units are
- * powers of two. This header is compiled once for each instruction set, because double-doubles are
- * faster with fused multiply-add. */
+/* Conversion of a user's scene to the working axes and internal units of the closed-form solution.
+ * The error of a state must not grow with time. No value that determines a rate is therefore
+ * rounded to double precision: the attitude and mass * gravity * com are double-double products,
+ * and the units are powers of two. This header is compiled once for each instruction set, because
+ * double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
 #include "single.h"
 
-/* A top in internal units, and the conversion back. */
+/* A top in internal units, and the data for the conversion back to the user's units. */
 typedef struct described_top {
     exact_top own;
     dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
@@ -16,8 +16,8 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Writes the rotation that takes the third working axis of a spherical body to the centre of mass.
- * The rotation is needed because the working axis is rounded. Returns |com|. */
+/* Writes the rotation that takes the third working axis of a spherical body to the direction of the
+ * centre of mass. The rotation corrects the rounding error of the working axis. Returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
@@ -34,8 +34,8 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half of the rate -rotor / I3 in internal units. In tilted axes the components of the
- * rotor are rounded, but its length is not. */
+/* Returns half of the rate -rotor / I3 in internal units. In tilted axes, the components of the
+ * rotor have rounding errors, but its length does not. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -48,7 +48,7 @@ static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_uni
     }
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
-/* Converts a valid scene to the working axes and units of the closed form. */
+/* Converts a valid scene to the working axes and units of the closed-form solution. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
@@ -84,8 +84,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     top->half_turn = half_turn_of_rotor(&scene->body, &w, &top->units);
     return KR_OK;
 }
-/* Converts the closed form to the frame of description and the user's units; `unit` is the internal
- * unit of time. */
+/* Converts a solution to the frame of description and the user's units. `unit` is the internal unit
+ * of time. */
 static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
                                double unit)
 {

@@ -1,14 +1,14 @@
-/* States of the closed form of one top, and closed forms of motions without nutation. This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+/* States of the closed-form solution for one top, and closed-form solutions for motions without
+ * nutation. This header is compiled once for each instruction set, because double-doubles are
+ * faster with fused multiply-add. */
 #ifndef KR_EXACT_SINGLE_H
 #define KR_EXACT_SINGLE_H
 #include "frame.h"
 #include "phase.h"
 
-/* Returns the state at time t, which is `span` after the beginning. Each kind of series calls the
- * kernel with constant arguments. The compiler can then remove the code that is not needed for this
- * kind. */
+/* Returns the state at time t, which is `span` after the initial time. For each kind of series, the
+ * kernel is called with constant arguments, so that the compiler can remove code that this kind
+ * does not need. */
 static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -23,8 +23,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time beyond the range of the kernel. This is the initial state, which has
- * the correct values of all integrals. Returns NaN if t is not finite. */
+/* Returns the state at a time beyond the range of the kernel: the initial state, which has the
+ * correct values of all integrals. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
@@ -37,8 +37,8 @@ static inline kr_state state_at(const kr_exact_form *e, double t)
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 
-/* Sets up a motion in which alpha and beta have constant sizes and constant rates: the motion of a
- * sleeping, hanging or resting top, or of a symmetric body without torque. */
+/* Sets up a motion in which alpha and beta have constant magnitudes and constant rates. Examples
+ * are sleeping, hanging and resting tops, and torque-free symmetric bodies. */
 static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -51,11 +51,11 @@ static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first,
     exact->alpha.even[0] = a;
     exact->beta.odd[0] = b;
     exact->period = INFINITY;
-    /* If the axis is vertical, the whole rotation counts as spin. */
+    /* If the axis is vertical, the whole rotation is attributed to the spin. */
     exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
     exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
-/* Sets the frame of the closed form to q -> left * q * right. */
+/* Sets the frame of the solution to q -> left * q * right. */
 static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
     fill_frame(exact->frame, left, right);

@@ -13,8 +13,8 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative distances. The first step after the distances fall below 1e-8 is
- * therefore the last one, and doubles suffice for it. */
+ * Every step squares the relative differences. The iteration therefore ends one step after the
+ * differences fall below 1e-8, and this last step needs only double precision. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -64,7 +64,7 @@ static inline wide elliptic_agm(wide a, wide b)
 }
 /* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
  * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
- * by pi / T. If they are used, pi / T is stored in double-double. */
+ * by pi / T. If the series are dual, pi / T is stored in double-double. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -77,8 +77,8 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z). Duplication makes the arguments converge, until the series about
- * their mean is as accurate as a double (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication is repeated until the arguments are so close together
+ * that the series about their mean is accurate to double precision (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -117,22 +117,21 @@ static inline wide third_of_angle(wide c)
     }
     return x;
 }
-/* Returns the lone root of x^3 + c2 x^2 + c1 x + c0. Of three real roots, this is the one farthest
- * from the two others. Sets `top` if it is the largest root, and clears `top` if it is the
+/* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: if there are three real roots, the one
+ * farthest from the other two. Sets `top` if it is the largest root, and clears `top` if it is the
  * smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
-    const mask apart = is_positive(square); /* If not positive, all three roots coincide. */
+    const mask apart = is_positive(square); /* else all three roots coincide */
     const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
-/* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision, by
- * two steps of Newton's method. The slope at the initial value is accurate enough for both
- * steps. */
+/* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
+ * two Newton steps. The slope at the initial value is accurate enough for both steps. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -157,7 +156,8 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table. The coefficients after the j-th are zero. */
+/* Adds `weight` times row j of a table to `sum`. The coefficients of row j after the j-th are
+ * zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
@@ -173,7 +173,7 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
  * is nonzero, returns theta(y + i x), times i for theta1, in the same form with sinh in place of
- * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is left out. */
+ * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

@@ -1,5 +1,5 @@
-/* Turning points: the nutation angles between which the apex of a closed form rises and falls, and
- * its precession. With m3 = <m, e3>, c = <m, apex> and the nutation th
+/* Turning points: the nutation angles between which the apex rises and falls, and the precession at
+ * these angles. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A free body is
@@ -9,8 +9,9 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* Types of motion. Quantities count as equal within the tolerance KR_INPUT_RTOL. The tolerance is
- * in rad for angles. For a precession or a momentum it is relative to the size of its terms. */
+/* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
+ * this tolerance is in rad. For precession rates and momenta, the tolerance is relative to the
+ * magnitude of the terms. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
@@ -28,24 +29,24 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "steady",  "separatrix", "pendulum", "rosette",
                                                 "loops",   "cusps",      "waves"};
 
-/* Returns the nutation at a turning height u, given 1 - u and 1 + u. The smallest values that
- * `sharpen` returns count as zero. */
+/* Returns the nutation angle at a turning height u, given 1 - u and 1 + u. The smallest values that
+ * `sharpen` returns are treated as zero. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession at the height u, given 1 - u and 1 + u. Returns 0 if the size
- * of the precession is at most `tol` times the size of the terms in it. */
+/* Returns the sign of the precession at the height u, given 1 - u and 1 + u. Returns 0 if the
+ * magnitude of the precession rate is at most `tol` times that of its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Returns the type of motion of a heavy top between two nutations, for gravity that points
- * downwards. */
+/* Returns the type of motion of a heavy top, given the smallest and the largest nutation. Gravity
+ * must point downwards. */
 static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
                                           double greatest)
 {
@@ -66,7 +67,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis is lowest and highest. */
+/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest point. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -79,8 +80,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns the members of the result that do not depend on the turning heights, in internal units,
- * for gravity that points downwards. `rotor` is the rate h / I3 of an axial rotor. */
+/* Returns a result with those members set that do not depend on the turning heights, in internal
+ * units. Gravity must point downwards. `rotor` is the rate h / I3 of an axial rotor. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
 {
     kr_turning_form r = {0};
@@ -95,8 +96,8 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top whose lever is not negative, in internal units. Times are
- * measured from the start. `rotor` is as in turning_of_body. */
+/* Returns the turning points of a top with nonnegative lever, in internal units. Times are measured
+ * from the initial time. `rotor` is as in turning_of_body. */
 static kr_turning_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
@@ -135,7 +136,7 @@ static void flip_turning(kr_turning_form *r)
     r->difference = -r->difference;
     r->lever = -r->lever;
 }
-/* Converts turning points from internal units to the user's. */
+/* Converts turning points from internal units to the user's units. */
 static void turning_to_user(kr_turning_form *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;

@@ -1,11 +1,11 @@
-/* GSL's Runge-Kutta pair of Prince and Dormand and GSL's semi-implicit Bulirsch-Stoer method, as
- * references. They integrate
+/* Two methods of GSL, used as references: the Runge-Kutta pair of Prince and Dormand, and the
+ * semi-implicit Bulirsch-Stoer method. They integrate
  *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
- * where W and P are the components of the angular velocity and the vertical along the axes of the
- * body, and h is the momentum of the rotor. The methods conserve nothing. This file uses GSL's step
- * and control, and replaces gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is
- * exactly the difference of the times at its ends. The end time may be infinite, and a failed step
- * does not change the state. */
+ * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
+ * of the rotor. The methods conserve no integrals. This file uses the step and control objects of
+ * GSL, but not gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the step size equals exactly the
+ * difference between the times at the two ends of the step. The end time may be infinite, and a
+ * failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -13,13 +13,13 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest rotation of the top in a step [rad]. The semi-implicit method damps a rotation that it
- * does not resolve. With whole turns inside a step, its error estimate would therefore be too
- * small. (extrapolation.h needs no such limit.) */
+/* Largest permitted rotation of the top in a step [rad]. The semi-implicit method damps rotations
+ * that it does not resolve. If the top made whole turns within a step, the error estimate would be
+ * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Largest allowed h^2 a and h a of a step h, where a is a bound of |W'| due to gravity. Beyond
- * these limits, rounding removes the 1 from the matrix 1 - h J. If this matrix is singular, GSL
- * reads uninitialized memory. */
+/* Upper limits of h^2 a and h a, where h is the step size, and a is a bound of |W'| due to gravity.
+ * Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is singular,
+ * GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -40,8 +40,8 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC if a number is not finite, because GSL would treat an error of NaN like an
- * error of 0. */
+/* Returns GSL_EBADFUNC if a number is not finite, because GSL would treat an error estimate of NaN
+ * like an error of 0. */
 static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
@@ -61,8 +61,8 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
-/* Each column of the Jacobian is the derivative of the rates along one variable (dq, dW), with dP =
- * 2 vec(q* e3 dq). */
+/* Each column of the Jacobian is the derivative of the right-hand side with respect to one
+ * variable. For a change (dq, dW) of the variables, dP = 2 vec(q* e3 dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
@@ -98,7 +98,7 @@ static void release_tools(kr_motion *motion)
     free(use);
     motion->aux = NULL;
 }
-/* Allocates GSL's step and control on the first call, and starts at a state. */
+/* Allocates the step and control objects of GSL on the first call, and sets the initial state. */
 static kr_status ode_begin(kr_motion *motion, const kr_state *start,
                            const gsl_odeiv2_step_type *type)
 {
@@ -106,8 +106,8 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        /* GSL's default error handler aborts the program. The handler is global, so it is not
-         * restored. */
+        /* GSL's default error handler aborts the program. The handler is shared by the whole
+         * process, so the previous one is not restored. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
@@ -130,8 +130,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the longest step at the angular velocity W. A rotor with the momentum h turns W in the
- * body at the rate |h| / I. */
+/* Returns the largest permitted step size at the angular velocity W. A rotor with momentum h makes
+ * W rotate in the body frame at the rate |h| / I. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
@@ -140,8 +140,9 @@ static double longest_step(const kr_motion *motion, kr_vec3 W)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of length h from p. Writes the result and the length of the following step to
- * `next`. Returns 0 if the control rejects the step. The length to try instead is then next->h. */
+/* Tries a step of size h from p. Writes the result and the size of the following step to `next`.
+ * Returns 0 if the step-size control rejects the step; next->h is then the step size to try
+ * instead. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
@@ -158,7 +159,7 @@ static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* In double precision, no step can meet a tolerance below the rounding error. */
+    /* In double precision, no step can meet a tolerance below the machine epsilon. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
@@ -168,7 +169,7 @@ static kr_status ode_step(kr_motion *motion, double until)
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
         if (try_step(motion, h, p, &next)) {
-            /* A step that was shortened to end at `until` does not determine the length of the next
+            /* A step that was shortened to end at `until` does not affect the size of the next
              * step. */
             if (lands && !rejected) next.h = p->h;
             *p = next;

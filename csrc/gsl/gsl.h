@@ -1,5 +1,5 @@
-/* The equations that the GSL methods integrate, and their Jacobian. A test compares the Jacobian
- * with the equations. */
+/* The right-hand side of the equations that the GSL methods integrate, and its Jacobian. A test
+ * checks the Jacobian against the right-hand side. */
 #ifndef KR_GSL_H
 #define KR_GSL_H
 #include "method.h"

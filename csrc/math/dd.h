@@ -1,16 +1,17 @@
-/* Double-double numbers: unevaluated sums hi + lo of two doubles, about 32 digits. Needs libc and
- * libm only. The relative error of sums and products is a few 2^-104 (Joldes, Muller, Popescu, ACM
- * Trans. Math. Softw. 44, 2017). The operations need strict evaluation: -ffp-contract=off, and
- * never -ffast-math. Functions whose name begins with dd_ round to a double-double; two_sum and
- * two_product are exact. If KR_DD_LANES is defined, hi and lo are vectors of doubles (simd.h), and
- * the result in each lane is bitwise equal to that of a scalar computation. */
+/* Double-double numbers: unevaluated sums hi + lo of two doubles, with about 32 digits. This header
+ * needs only libc and libm. The relative error of a sum or product is a small multiple of 2^-104
+ * (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
+ * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
+ * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
+ * defined, hi and lo are vectors of doubles (simd.h), and the result in each lane is bitwise equal
+ * to that of a scalar computation. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
 #include "isa.h"
 
-/* dd_part is the type of hi and lo, and dd_truth the type of the result of comparing two of
- * them. */
+/* dd_part is the type of hi and lo. dd_truth is the type of the result of a comparison between two
+ * numbers of this type. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_part;
@@ -50,7 +51,7 @@ static inline dd dd_make(dd_part hi, dd_part lo)
     return r;
 }
 static inline dd dd_of(dd_part a) { return dd_make(a, part_of(0.0)); }
-/* Returns the constant `a`, the same in all lanes. */
+/* Returns the constant `a` in every lane. */
 static inline dd dd_splat(double a) { return dd_of(part_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_choose(dd_truth m, dd yes, dd no)
@@ -79,7 +80,7 @@ static inline dd two_product(dd_part a, dd_part b)
 #if defined KR_FMA || defined __aarch64__
     return dd_make(product, part_fma(a, b, -product));
 #else
-    /* Veltkamp's splitting into halves of 26 bits, and Dekker's sum of their products. */
+    /* Veltkamp's splitting into halves of 26 bits, followed by Dekker's product. */
     const double split = 134217729.0;
     const dd_part p = split * a, q = split * b;
     const dd_part ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
@@ -125,8 +126,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b like dd_div, but faster: with one division of doubles instead of two. 1 / b must be
- * a normal double. */
+/* Returns a / b like dd_div, but faster, because it needs only one division of doubles instead of
+ * two. Requires that 1 / b is a normal double. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -134,8 +135,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a. Returns 0 for a < 0: such an argument is a zero with a rounding
- * error. */
+/* Returns the square root of a. Returns 0 for a < 0, because a negative argument is a zero with a
+ * rounding error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_part x = part_sqrt(a.hi);

@@ -1,12 +1,12 @@
-/* Elementary functions and Carlson's R_F in double-double, for moderate arguments: |a| < 600 in
- * dd_exp, |a| < 4 in dd_sincos. Each function reduces its argument, sums a power series, and undoes
- * the reduction by squaring or by doubling the angle. */
+/* Elementary functions and Carlson's R_F in double-double. Arguments must be moderate: |a| < 600
+ * for dd_exp, |a| < 4 for dd_sincos. The exponential and trigonometric functions reduce the
+ * argument, sum a power series, and undo the reduction by repeated squaring or angle doubling. */
 #ifndef KR_DD_FUNCTIONS_H
 #define KR_DD_FUNCTIONS_H
 #include "dd.h"
 
-/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
- * ends when the factor that begins a pair, a + 2 k, reaches `to`. */
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The
+ * summation stops when a + 2 k, the first factor of a pair in the denominator, reaches `to`. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
@@ -19,7 +19,7 @@ static inline dd dd_series(dd first, int from, int to, dd square)
 static inline dd dd_exp(dd a)
 {
     const dd ln2 = dd_make(0.693147180559945286227, 2.319046813846299558e-17);
-    /* Beyond these limits of k, 2^k is 0 or infinite. If `a` is NaN, so is r, while k is a
+    /* Beyond these limits of k, 2^k is 0 or infinity. If `a` is NaN, so is r, while k is a
      * number. */
     const double k = fmax(-2200.0, fmin(2200.0, rint(a.hi / ln2.hi)));
     const dd r = dd_times(0.03125, dd_sub(a, dd_times(k, ln2))), rr = dd_square(r);
@@ -39,8 +39,8 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* Returns the angle of the point (x, y). The result of atan2 is improved by one step of Newton's
- * method, which squares the error. */
+/* Returns the polar angle of the point (x, y). One Newton step squares the error of atan2, and thus
+ * gives a double-double result. */
 static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);
@@ -51,7 +51,8 @@ static inline dd dd_atan2(dd y, dd x)
     return dd_add(dd_of(guess), dd_div(dd_sub(dd_mul(y, c), dd_mul(x, s)), r));
 }
 /* Returns Carlson's R_F(x, y, z), the symmetric elliptic integral of the first kind. The
- * duplication theorem is applied until a short series suffices (DLMF 19.26.18, 19.36.1). */
+ * duplication theorem is applied repeatedly until a short series suffices (DLMF 19.26.18,
+ * 19.36.1). */
 static inline dd dd_rf(dd x, dd y, dd z)
 {
     dd mean = dd_div(dd_add(dd_add(x, y), z), dd_of(3.0));

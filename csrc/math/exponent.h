@@ -1,6 +1,6 @@
-/* Fraction and exponent of a double, taken from its bits. The results equal those of frexp and
- * ldexp in libm, and take a fifth of the time. Zero, subnormal, infinite and NaN arguments are
- * passed to libm. */
+/* The fraction and the exponent of a double, extracted from its bits. The functions return the same
+ * results as frexp and ldexp in libm, in a fifth of the time. Zero, subnormal, infinite and NaN
+ * arguments are passed to libm. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>

@@ -1,14 +1,15 @@
-/* Support for files that are compiled once for each instruction set. KR_NAME makes the names of the
- * functions that such a file exports. For each further instruction set, CMakeLists.txt passes
- * -DKR_ISA=avx2 etc., and defines KR_WITH_AVX2 and KR_WITH_AVX512 if they are compiled in. If the
- * base is itself compiled for one of them, its name is KR_BASE_NAME. */
+/* Support for files that are compiled once for each instruction set. KR_NAME appends the name of
+ * the instruction set to the names of the functions that such a file exports. For each additional
+ * instruction set, CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also
+ * defines KR_WITH_AVX2 and KR_WITH_AVX512 if these instruction sets are included in the build. If
+ * the baseline is itself such an instruction set, KR_BASE_NAME is its name. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The x86 features that the code uses. In kreisel.c (cmake/amalgamate.py), attributes of functions
- * select them. Clang defines no macros for such attributes, so kreisel.c defines KR_TARGET_AVX2
- * etc. */
+/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects
+ * these features by function attributes. Clang defines no macros for such attributes, so kreisel.c
+ * defines KR_TARGET_AVX2 etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -18,17 +19,18 @@
 #if defined __AVX512F__ || defined KR_TARGET_AVX512F
 #  define KR_AVX512
 #endif
-/* KR_FUSED: the hardware has fused multiply-add. The results depend on KR_FUSED, but not otherwise
- * on the instruction set. */
+/* KR_FUSED is defined if the hardware has fused multiply-add. Results depend on the instruction set
+ * only through KR_FUSED. */
 #if defined KR_FMA || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif
 
-/* A kernel is one loop without function calls, because all vector registers must be saved to memory
- * around a call. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is
- * defined, the compiler decides what to inline, so that the code is smaller. KR_LONG_FUNCTIONS
- * marks files with long functions. Without fused multiply-add, their code is optimized for size,
- * unless there is only one instruction set. */
+/* A kernel is a single loop without function calls, because a call would require all vector
+ * registers to be saved to memory. APART marks functions that a kernel rarely calls, and which are
+ * therefore not inlined. If KR_SMALL is defined, the compiler decides what to inline, which makes
+ * the code smaller. Files with long functions define KR_LONG_FUNCTIONS. Without fused multiply-add,
+ * the compiler also decides what to inline in such files, if the build includes faster instruction
+ * sets or defines KR_ONE_ISA. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -42,17 +44,17 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, the elements of a batch are computed one after the other, so that
- * the code is smaller. The results are bitwise equal. */
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one, which makes the
+ * code smaller. The results are bitwise equal. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else
 #  define KR_BATCHED(function) function
 #endif
 
-/* Vectors need a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is plain
- * C99 without vectors. Every aarch64 processor has NEON, so the base instruction set is called neon
- * there. */
+/* Vector code requires a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is
+ * plain C99 without vectors. Every aarch64 processor has NEON, so the base instruction set is
+ * called neon there. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -69,25 +71,26 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if this processor has the instruction set. The features are tested
- * one by one, because not every compiler knows the names of levels such as x86-64-v4. */
+/* Each function returns nonzero if the processor at hand supports the instruction set. The features
+ * are tested one by one, because some compilers do not know the names of levels such as
+ * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-/* Names the variant of `thing` without vectors. AVX-512 uses it, too, because wider registers would
- * not make it faster. */
+/* The name of the variant of `thing` that does not use vectors. AVX-512 uses the AVX2 variant,
+ * because wider registers would not make it faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else
 #  define KR_SCALAR_NAME(thing) thing##_base
 #endif
 #if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
-/* Returns 1 if the processor has AVX2 and FMA. */
+/* Returns 1 if the processor supports AVX2 and FMA. */
 static inline int kr_has_avx2(void)
 {
     return (__builtin_cpu_supports("avx2") != 0) & (__builtin_cpu_supports("fma") != 0);
 }
 #endif
 #if defined KR_WITH_AVX512
-/* Returns 1 if the processor has the level x86-64-v4. */
+/* Returns 1 if the processor supports the level x86-64-v4. */
 static inline int kr_has_avx512(void)
 {
     return kr_has_avx2() & (__builtin_cpu_supports("avx512f") != 0) &

@@ -1,9 +1,10 @@
-/* Vectors of doubles with independent lanes. Each lane belongs to one top. The results in a lane
- * are bitwise equal for every width of the vectors. A `wide` has as many lanes as the vectors of
- * the instruction set (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with
- * KR_ONE_LANE. The operators + - * / and unary - work on wides, also between a wide and a double. A
- * `mask` holds one truth value for each lane. Only wide_fma fuses a product and a sum, if the
- * hardware has fused multiply-add. This header is compiled once for each instruction set. */
+/* Vectors of doubles with independent lanes, one lane for each top. The results in a lane are
+ * bitwise equal for all vector widths. The type `wide` has as many lanes as a vector of the
+ * instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or if KR_ONE_LANE
+ * is defined, a `wide` has one lane. The operators + - * / and unary - apply to values of type
+ * `wide`, also in combination with a double. A `mask` holds one Boolean value for each lane. Only
+ * wide_fma uses fused multiply-add, and only if the hardware has it. This header is compiled once
+ * for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -123,8 +124,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Ends the use of wide vectors. Without this call, later code with narrower vectors would be
- * slow. */
+/* Marks the end of code with wide vectors. Without this call, subsequent code with narrower vectors
+ * would run slowly. */
 INLINE void wide_leave(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN

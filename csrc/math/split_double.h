@@ -1,13 +1,13 @@
-/* Sums of products without cancellation errors. All products are exact, and their sum is as
- * accurate as in arithmetic with four times the digits of a double (Ogita, Rump, Oishi, SIAM J.
- * Sci. Comput. 26, 2005, SumK). The sums of the three components of a vector are interleaved, so
- * that the processor can work on one component while it waits for the others. */
+/* Sums of products without cancellation errors. All products are exact. Their sum is as accurate as
+ * if computed with four times the precision of a double (SumK of Ogita, Rump and Oishi, SISC 26,
+ * 2005). The sums for the three components of a vector are interleaved, because independent
+ * operations can be executed in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
 
 enum { SPLIT_MAX = 4, SPLIT_PRODUCTS = 8, SPLIT_TERMS = SPLIT_PRODUCTS * SPLIT_MAX * 4 };
-/* A vector as an unevaluated sum of `count` vectors. */
+/* A vector represented as an unevaluated sum of `count` vectors. */
 typedef struct split_vec {
     int count;
     double part[SPLIT_MAX][3];
@@ -36,8 +36,8 @@ static inline split_vec split_sum(double x[][3], int n)
     }
     return sum;
 }
-/* Writes the product a * b * (component `from` of v) to component `to` of x, as a sum of 4 *
- * v->count doubles. */
+/* Multiplies component `from` of v by a * b, and writes the product to component `to` of x as a sum
+ * of 4 * v->count doubles. */
 static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
                                  int to)
 {
@@ -49,7 +49,7 @@ static inline void split_product(double a, double b, const split_vec *v, int fro
         x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
     }
 }
-/* Returns q* v q, for a quaternion q of any length. */
+/* Returns q* v q, for a quaternion q of any norm. */
 static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};

@@ -1,7 +1,7 @@
-/* Vectors and unit quaternions (SU(2)), passed by value. Functions on vectors begin with v_,
- * functions on quaternions with q_. A unit quaternion q rotates v to q v q*. In the notation of the
- * thesis (Bodack 2008), an element of su(2) is half the quaternion of a vector, and q is called
- * Phi^-1. */
+/* Vectors and unit quaternions (SU(2)), passed by value. Names of functions on vectors begin with
+ * v_, and names of functions on quaternions with q_. A unit quaternion q rotates the vector v to q
+ * v q*. In the thesis (Bodack 2008), the element of su(2) that represents a vector is half the pure
+ * quaternion of the vector, and Phi^-1 denotes q. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -13,8 +13,8 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
-/* The functions v_of and v_put read and write a vector among the variables y of a differential
- * equation. */
+/* The functions v_of and v_put read and write a vector stored in consecutive elements of an
+ * array. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {
@@ -25,8 +25,8 @@ static inline void v_put(double *y, kr_vec3 v)
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
-/* The functions v_times and v_over multiply and divide component by component, for example by the
- * principal moments of inertia. */
+/* The functions v_times and v_over multiply and divide componentwise, for example by the principal
+ * moments of inertia. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
 /* Returns s * a + b. */
@@ -37,8 +37,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns the unit vector along a, which must not be zero. A tiny vector is scaled first, because
- * the reciprocal of its length would overflow. */
+/* Returns the unit vector along a, which must not be zero. A tiny vector is scaled up first,
+ * because the reciprocal of its length would overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -72,16 +72,17 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; this choice
- * makes the quaternion change continuously. */
+/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; the choice
+ * avoids jumps between successive quaternions. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q with unit length. Requires that |q| differs from 1 by rounding errors only. One step of
- * Newton's method suffices and needs no square root. The correction is added, because a factor near
- * 1 would itself be rounded with a bias: over 1e6 steps the energy would drift by 1e-12. */
+/* Returns the normalized quaternion q / |q|. Requires that |q| differs from 1 only by rounding
+ * errors. One Newton step suffices and needs no square root. The correction is added to q.
+ * Multiplying q by a factor near 1 would round the factor with a bias, and over 1e6 steps the
+ * energy would drift by 1e-12. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -95,7 +96,7 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-/* Returns q v q*. If q is an attitude, this rotates v from the body into space. */
+/* Returns q v q*. If q is an attitude, this converts v from the body frame to space. */
 static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
@@ -108,14 +109,14 @@ static inline kr_vec3 q_axis(kr_quat q)
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
-/* Returns q* e3 q: the vertical seen from the body. */
+/* Returns q* e3 q: the vertical in the body frame. */
 static inline kr_vec3 q_vertical(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 
-/* Returns the quaternion of the rotation vector r. */
+/* Returns the unit quaternion of the rotation with the rotation vector r. */
 static inline kr_quat q_exp(kr_vec3 r)
 {
     double c, s;
@@ -135,8 +136,8 @@ static inline kr_quat q_tilt(kr_vec3 a)
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the quaternion of the orthonormal frame with the columns n, b, t. The largest component
- * is computed first, so that there is no division by a small number (Shepperd 1978). */
+/* Returns the unit quaternion of the orthonormal frame with the axes n, b, t. The largest component
+ * is computed first, to avoid division by a small number (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

@@ -1,8 +1,8 @@
-/* Sine, cosine and arc tangent with errors of at most 2 ulp, computed with only + - * / sqrt and
- * fmod, which is exact. The functions of different versions of libm differ in their last bits. All
- * states computed with them would therefore differ, too. With the functions below, the states of a
- * scene are bitwise equal for every compiler and libm, and in WebAssembly. The functions sum power
- * series, without tables or fused multiply-add. */
+/* Sine, cosine and arc tangent with errors of at most 2 ulp. The functions use only + - * / and
+ * sqrt, which are correctly rounded, and fmod, which is exact. The results of different versions of
+ * libm differ in the last bits, and so would all states computed from them. With the functions
+ * below, the states are bitwise equal for every compiler, every libm, and WebAssembly. The
+ * functions sum power series, and use neither tables nor fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
@@ -29,8 +29,8 @@ static inline void cos_sinc_small(double z, double *c, double *s)
     *c += 1.0;
 }
 
-/* Writes the sine and cosine of any x. Beyond 2^19, x is reduced modulo the double nearest to 2 pi,
- * which causes a smaller error than the rounding of x itself. */
+/* Writes the sine and cosine of any x. Beyond 2^19, x is reduced modulo the double nearest to 2 pi.
+ * The resulting error is smaller than that due to the rounding of x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
     /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */
@@ -64,8 +64,8 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. The small difference cos(x) - 1 has digits that
- * cos(x) would lose. */
+/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. For small x, cos(x) - 1 retains digits that would
+ * be lost in cos(x). */
 static inline void less_one_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {

@@ -1,8 +1,8 @@
 /* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
- * with the step h, the mass M and the vector p of gravity (Bobenko and Suris, Comm. Math. Phys.
- * 204, 1999; Bodack 2008, 4.2, with errata 1-5). The map conserves <m,p>, <m,a> and E + h M <p x a,
- * m> / (2 I1). The map is conjugate to bobenko_suris2 by half a kick. */
+ * with the step size h, the mass M and the gravity vector p (Bobenko and Suris, Communications in
+ * Mathematical Physics 204, 1999; Bodack 2008, 4.2, with errata 1-5). The map conserves <m,p>,
+ * <m,a> and E + h M <p x a, m> / (2 I1). Half a kick conjugates the map to bobenko_suris2. */
 #include "bobenko_suris.h"
 
 static kr_status bobenko_suris_reset(kr_motion *motion, const kr_state *start)

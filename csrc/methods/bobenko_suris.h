@@ -1,12 +1,12 @@
-/* Common code of the Bobenko-Suris maps of the Lagrange top. With a step h, the moments I1 = I_N =
- * I_B and I3 = I_T, and the axis a = q e3 q*:
+/* Code shared by the Bobenko-Suris maps of the Lagrange top. With the step size h, the moments I1 =
+ * I_N = I_B and I3 = I_T, and the axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
- * The twist R is a constant rotation about the axis of the body. With R the total rotation about
- * this axis is exact. (Theorem 4.2 of the thesis, Bodack 2008, has 2 atan(h c / 2 I3) instead of h
- * c / I3.) R commutes with drift and kick. R^n is therefore stored separately and applied only when
- * a state is read. */
+ * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist
+ * makes the total rotation about this axis exact. Theorem 4.2 of the thesis (Bodack 2008) has 2
+ * atan(h c / 2 I3) instead of h c / I3. Since R commutes with the drift and the kick, R^n is stored
+ * separately and applied only when a state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -18,8 +18,8 @@ typedef struct bobenko_suris_orbit {
     double s, cos_s, sin_s; /* half the angle of the twist R */
     double n, cosine, sine; /* the number of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
-/* cos(n s) and sin(n s) are updated in each step by the addition theorems, which is cheap. To limit
- * rounding errors, both are computed anew every BOBENKO_SURIS_SEED steps. */
+/* Each step updates cos(n s) and sin(n s) by the addition theorems, which is cheap. To limit
+ * rounding errors, both are recomputed from n s every BOBENKO_SURIS_SEED steps. */
 enum { BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double), BOBENKO_SURIS_SEED = 64 };
 
 /* Returns the momentum after a kick of strength k. */
@@ -32,7 +32,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
 {
     const kr_vec3 v = v_scale(0.5 * o->turn, o->m);
     const double c = o->cosine, s = o->sine;
-    /* The factor 1.5 - |q|^2/2 corrects rounding errors of the length of q. */
+    /* The factor 1.5 - |q|^2/2 corrects rounding errors of the norm of q. */
     o->q =
         q_scale((1.5 - 0.5 * q_dot(o->q, o->q)) / sqrt(1.0 + v_dot(v, v)), q_mul(q4(1.0, v), o->q));
     o->n += 1.0;
@@ -40,7 +40,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     o->sine = s * o->cos_s + c * o->sin_s;
     if ((int64_t)o->n % BOBENKO_SURIS_SEED == 0) sin_cos(o->n * o->s, &o->sine, &o->cosine);
 }
-/* Sets the angle of the twist in a step to 2 s. */
+/* Sets the twist angle per step to 2 s. */
 static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
 {
     o->s = s;
@@ -59,7 +59,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Returns 1 if `work` begins with an orbit that has a valid number of steps. */
+/* Returns 1 if the orbit at the beginning of `work` has a valid number of steps. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

@@ -1,18 +1,19 @@
 /* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with a corrected kick and
- * corrected rates (model/resummed.h). A step h of the method is a step e of the following map, with
- * u = <a,e3>:
+ * corrected rates (model/resummed.h). A step of size h of the method is a step of size e of the
+ * following map, with u = <a,e3>:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * The map is explicit and integrable, and needs one kick per step. The map conserves <m,e3>, <m,a>
- * and a modified energy (kr_state_modified_energy4). Since e depends on the orbit, the symplectic
- * form is conserved up to O(h^7) per step only. A step h is refused if 2 h^2 |E| or h^2 * mass *
- * gravity * |com| is above 1, in units with I1 = 1 and without the energy of the spin. For larger
- * steps the rates need not exist, or the kick is not small. The rates are computed once, from the
- * start. */
+ * and a modified energy (kr_state_modified_energy4). Since e depends on the orbit, the map
+ * conserves the symplectic form only up to O(h^7) per step. A step size h is refused if 2 h^2 |E|
+ * or h^2 * mass * gravity * |com| exceeds 1, in units with I1 = 1, where E excludes the energy of
+ * the spin. For larger steps, the rates may not exist, or the kick may not be small. The rates are
+ * computed once, from the initial state. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The additional rotations about e3 and a are the same in each step. After n steps, they are
- * applied n-fold when the state is read. */
+/* The additional rotations about e3 and a are the same in every step. These rotations are not
+ * applied step by step. Reading the state after n steps applies both rotations with n times their
+ * angles. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */

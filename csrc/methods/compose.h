@@ -1,11 +1,12 @@
-/* Coefficients of symmetric compositions of kicks and drifts, and their order in a step
- *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
- * Each of the two sequences is a palindrome, and its sum is 1. The table holds the first halves,
- * and the middle coefficients follow from the sums. A row without kicks composes any symmetric step
- * of order 2, such as Strang's, by b_i = (a_i + a_(i+1)) / 2. These rows of orders 6 and 8 cost
- * less than a repeated composition with Suzuki's row. A row with kicks begins and ends with a drift
- * (b_0 = 0). If the drift is exact and the kick does not change q, only the order conditions of
- * Nystrom's case must hold. Nystrom's case has fewer order conditions. */
+/* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
+ *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
+ * where a_i and b_i are fractions of the step size. Both sequences are palindromes that sum to 1.
+ * The table lists the first half of each sequence; the middle coefficients follow from the sums. A
+ * row without kicks composes any symmetric method of order 2, such as Strang splitting, with b_i =
+ * (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition with
+ * Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift is
+ * exact and the kick does not change q, only the order conditions of the Nystrom case apply, which
+ * are fewer. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -18,12 +19,12 @@ static const struct {
 } compose_table[] = {
     /* Suzuki, Phys. Lett. A 146 (1990): 1 / (4 - 4^(1/3)) */
     [SUZUKI4] = {.stages = 5, .drift = {0.41449077179437573714, 0.41449077179437573714}},
-    /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.12) */
+    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.12) */
     [KAHAN_LI6] = {.stages = 9,
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
-    /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13). Suzuki and Umeno's
-     * 15 stages of order 8 (1993) are not better than these 17. */
+    /* Kahan and Li, Mathematics of Computation 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13).
+     * Suzuki and Umeno's 15 stages of order 8 (1993) are not better than these 17. */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,
@@ -40,14 +41,14 @@ static const struct {
 };
 
 /* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
- * step. The last kick is combined with the first one of the next step. Between steps, m is
- * therefore ahead by a kick of b_0 (`ahead`). */
+ * step size. The last kick of a step is combined with the first kick of the next step. Between
+ * steps, m is therefore ahead by the kick b_0 (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Returns the sequence of a step with the coefficients of a row of the table. */
+/* Returns the sequence of a step for the coefficients in row `row` of the table. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

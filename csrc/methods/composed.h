@@ -1,6 +1,6 @@
-/* Common code of the compositions of kicks and free drifts: the functions of splitting.h with the
+/* Code shared by the compositions of kicks and free drifts, which combine splitting.h with the
  * coefficients of compose.h. The methods conserve <m,e3>, and for Lagrange tops and free symmetric
- * bodies also <m,T>. The error of the energy is a bounded O(h^order). */
+ * bodies also <m,T>. The error of the energy is bounded and O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"

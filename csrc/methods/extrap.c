@@ -1,5 +1,5 @@
-/* Extrapolation with control of order and step (extrapolation.h), on the twelve equations in the
- * rest frame (Bodack 2008, 3.9; rest_frame.h). The method conserves nothing. */
+/* Extrapolation with order and step-size control (extrapolation.h), applied to the twelve equations
+ * in the rest frame (Bodack 2008, 3.9; rest_frame.h). The method conserves no integrals. */
 #include "extrapolation.h"
 #include "rest_frame.h"
 

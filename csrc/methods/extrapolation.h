@@ -1,12 +1,12 @@
-/* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for any formulation of the
+/* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
  * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
- * and Gragg's smoothing. The error of T(j,1) has only even powers of 1 / n_j. By Aitken and
- * Neville, better results are therefore
+ * and Gragg's smoothing. The expansion of its error has only even powers of 1 / n_j. The
+ * Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at the row j if T(j,j) - T(j,j-1) is at most tol in the norm of the thesis
- * (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work per unit of
- * time. The rules and constants of the step control are taken from ODEX (Hairer, Norsett, Wanner,
- * II.9). The method conserves nothing. */
+ * A step is accepted at row j if the norm of T(j,j) - T(j,j-1) is at most tol. The norm is that of
+ * the thesis (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work
+ * per unit of time. The rules and constants of the step-size control follow ODEX (Hairer, Norsett,
+ * Wanner, II.9). The method conserves no integrals. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -14,8 +14,9 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A formulation of the equations: functions that convert a state to the variables y, compute their
- * rates, and convert y to the velocity, momentum and attitude in space. */
+/* A formulation of the equations of motion in the variables y. The functions convert a state to y,
+ * compute the time derivative of y, and convert y to the angular velocity, momentum and attitude in
+ * space. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -49,13 +50,13 @@ typedef struct {
     int row;                              /* the last row that was computed */
 } gbs_attempt;
 
-/* Returns the number of evaluations for the rows up to `row`. */
+/* Returns the number of evaluations of the right-hand side for the rows up to `row`. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Divided by tol, this is the norm
- * of the thesis (Bodack 2008). */
+/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Dividing the result by tol gives
+ * the norm of the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -66,7 +67,7 @@ static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE]
 }
 
 /* Computes T(row, 1). Returns 0 if a substep changes the rates by more than twice their norm,
- * because no row will converge then. */
+ * because then no row would converge. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -90,7 +91,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Replaces the previous row of the table by the row with index `row`, column by column. */
+/* Extrapolates the row with index `row`, and overwrites the previous row of the table. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -100,8 +101,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row, the error of the row, and the next step that the row suggests. Returns 0 if the
- * rows do not converge or are not finite. */
+/* Computes a row, an estimate of the error of that row, and the next step size that it suggests.
+ * Returns 0 if the rows do not converge or are not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -117,9 +118,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Returns the first row between `from` and target + 1 that meets the tolerance. Returns
- * GBS_REJECTED as soon as the remaining rows are not expected to reduce the error enough, and
- * GBS_UNSTABLE if the rows do not converge. */
+/* Returns the first row from `from` to target + 1 that meets the tolerance. Returns GBS_REJECTED as
+ * soon as the remaining rows are unlikely to reduce the error enough. Returns GBS_UNSTABLE if the
+ * rows do not converge. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -154,13 +155,13 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
-    /* A row that was not computed is assumed to need the same work per unit of time as the last
-     * row. */
+    /* A row that has not been computed is assumed to need the same work per unit of time as the
+     * last computed row. */
     if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
-/* Returns the step to try next, after a failed attempt with this outcome. */
+/* Returns the step size and the row to try next, after an attempt that failed with this outcome. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_least(tried.target, a->row);
@@ -190,9 +191,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts a trial step that ends at the internal time `end`. Of q and -q, chooses the quaternion
- * nearer to a rotation with the mean velocity. The previous q cannot decide, because the top may
- * turn by more than half a turn in a step. */
+/* Accepts a trial step that ends at the internal time `end`. To choose the sign of q, compares q
+ * with a rotation at the mean angular velocity. The previous q does not determine the sign, because
+ * the top may rotate by more than half a turn in a step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
@@ -223,7 +224,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         const int outcome = gbs_converge(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
             gbs_accept_step(motion, &a, end);
-            /* A step that was shortened to end at `until` does not determine the length of the next
+            /* A step that was shortened to end at `until` does not affect the size of the next
              * step. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
@@ -233,8 +234,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Returns 1 if the target row of the next step lies in the table and the length of the next step is
- * positive. */
+/* Returns 1 if the next step has a target row within the table and a positive length. */
 static inline int gbs_is_valid(const void *work)
 {
     gbs_path p;

@@ -1,11 +1,12 @@
-/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization. The map is
- * explicit, birational and integrable. With the components of the angular velocity W and the
- * momentum M along the axes of the body,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization of the free rigid
+ * body. The map is explicit, birational and integrable. With the angular velocity W and the
+ * momentum M in the body frame,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
- * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). The map conserves two rational
- * integrals, which differ by O(h^2) from functions of the energy and |m|, but not m itself. The map
- * applies to free tops only. For the Lagrange top, this map would also step the vertical P seen
- * from the body. |P| = 1 would then not be conserved, and P would not determine the attitude. */
+ * (Hirota and Kimura, Journal of the Physical Society of Japan 69, 2000; Kahan 1993). The map
+ * conserves two rational integrals, which differ by O(h^2) from functions of the energy and |m|.
+ * The map does not conserve m itself. The map applies only to free bodies. For the Lagrange top,
+ * the corresponding map would also advance the vertical P in the body frame. That map does not
+ * conserve |P| = 1, and P does not determine the attitude. */
 #include "method.h"
 
 typedef struct {

@@ -1,12 +1,11 @@
-/* The implicit midpoint rule on (q, m), for comparison on stiff scenes:
+/* The implicit midpoint rule for (q, m), for comparison on stiff problems:
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint (its components in the
- * body), the momentum h of the rotor, the centre of mass a_ at the midpoint, the mass M, and the
- * vector p of gravity. The
- * equation is solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method
- * conserves |q| and <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and
- * O(h^2). */
+ * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
+ * this expression for V, h is the momentum of the rotor; elsewhere h is the step size. The vector
+ * a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. Newton's
+ * iteration solves the equation for V (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and
+ * <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -16,15 +15,15 @@ typedef struct {
     kr_vec3 m;
     kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* A trial step with a guess V. */
+/* A trial step with an approximate angular velocity V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
-    kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
+    kr_vec3 M, P;     /* momentum and vertical at the midpoint, in the body frame */
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
-/* Evaluates a trial step with the guess V of the angular velocity. M and P are the momentum and the
- * vertical at the start of the step, seen from the body. */
+/* Evaluates a trial step with the approximation V of the angular velocity. M and P are the momentum
+ * and the vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -34,8 +33,8 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
-/* Returns the correction to be subtracted from the guess V, by Newton's method. Each column of the
- * linear system is the derivative of the residual along one axis. */
+/* Returns the Newton correction, which is to be subtracted from V. Each column of the linear system
+ * is the derivative of the residual with respect to one component of V. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

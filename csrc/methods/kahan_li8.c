@@ -1,6 +1,7 @@
-/* Seventeen substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each made of
- * half a kick, a free drift and half a kick. The method conserves <m,e3>, and for Lagrange tops and
- * free symmetric bodies also <m,T>. The error of the energy is a bounded O(h^8). */
+/* Seventeen substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each
+ * consisting of half a kick, a free drift and half a kick. The method conserves <m,e3>, and for
+ * Lagrange tops and free symmetric bodies also <m,T>. The error of the energy is bounded and
+ * O(h^8). */
 #include "composed.h"
 
 static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)

@@ -2,11 +2,12 @@
  *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
  * with the lever A. It is the kick of a modified potential: the potential minus h^2/24 <torque,
  * J^-1 torque>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
- * conjugating map, called processor, is the flow of G = k d(potential)/dt with the rates
+ * conjugating map, called the processor, is the flow of G = k d(potential)/dt. Its equations of
+ * motion are
  *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
- * (Om, W, M, P: seen from the body; h: momentum of the rotor)
- * evaluated at the midpoint, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The
- * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and for a
+ * (Om, W, M, P: in the body frame; h: momentum of the rotor), integrated by the implicit midpoint
+ * rule, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied
+ * only when a state is set (-k) or read (+k). The modified kick conserves <m,e3>, and for a
  * Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
@@ -35,7 +36,7 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     return kick;
 }
 /* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector is
- * cheaper to compute and has the same vector product with e3. */
+ * cheaper to compute and has the same cross product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -46,7 +47,7 @@ static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
     return q_turn(
         q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
 }
-/* Returns the change of m by the fraction `part` of a kick. */
+/* Returns the change of m due to the fraction `part` of a kick. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 a = modified_kick_lever(kick, q);
@@ -57,8 +58,8 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if a step rotates the top by at most `most` [rad]. The rate is the largest rate that
- * the energy allows, or the rate due to the rotor if that is larger. */
+/* Returns 1 if a step rotates the top by at most `most` [rad]. The rotation is estimated from the
+ * largest rate that the energy permits, or from the rate due to the rotor if that is larger. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
@@ -71,7 +72,7 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
 /* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) is above 2, because the modification of the potential is not small then. With a
+ * (smallest moment) exceeds 2, because then the modification of the potential is not small. For a
  * ratio above 12, the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)

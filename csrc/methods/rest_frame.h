@@ -1,9 +1,9 @@
 /* The twelve equations of motion in the rest frame (Bodack 2008, 3.9), for rk4 and extrap. With the
- * mass M, gravity p, the centre of mass a, and the angular velocity w, all in space,
+ * mass M, the gravity vector p, the centre of mass a, and the angular velocity w, all in space,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
  * The momentum h of a rotor, h_N N + h_B B + h_T T, is added to A w. The equations do not enforce
- * |N| = 1 and N.B = 0. After numerical integration, (N, B, T) is therefore orthonormal only up to
+ * that (N, B, T) is orthonormal. After numerical integration, (N, B, T) is orthonormal only up to
  * the error of the method. */
 #ifndef KR_REST_FRAME_H
 #define KR_REST_FRAME_H

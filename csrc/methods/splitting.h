@@ -1,15 +1,15 @@
 /* Kick and drift: the flows of the potential and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only m, a drift only q (McLachlan 1993, Reich 1994). The flow of the |m|^2 part is
- * a rotation about m. The rotation about m commutes with the flows of the other two kinetic parts.
- * The drift of a symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body
- * needs four rotations: about m, and about N, T and N again. The error of the drift is of third
- * order in the step. The error is smallest if B is the axis of the middle moment. A rotor with the
- * momentum h adds a constant rate to the rotation about each axis, -h_N / I_N about N. A rotation
- * about B is then needed, too. The drift of a symmetric body stays exact if the rotor is along T.
- * The rounding error of each sum is kept and added to the next sum (Kahan 1965). The rounding
- * errors of the energy are then those of the changes of q and m in a step. These changes are much
- * smaller than q and m. */
+ * A kick changes only m, and a drift changes only q (McLachlan 1993, Reich 1994). The flow of the
+ * term with |m|^2 is a rotation about m, which commutes with the flows of the other two kinetic
+ * terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and needs two rotations. A
+ * general body needs four rotations: about m, about N, about T, and about N again. In this case,
+ * the local error of the drift is of third order in the step size. The error is smallest if B is
+ * the axis of the intermediate moment. A rotor with momentum h adds a constant rate to the rotation
+ * about each axis: -h_N / I_N about N, and so on. A rotation about B is then also needed. For a
+ * symmetric body, the drift remains exact if the rotor is along T. Sums are compensated: the
+ * rounding error of each sum is stored and added to the next sum (Kahan 1965). The energy is then
+ * affected only by rounding errors of the changes of q and m per step, which are small. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -36,8 +36,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0 && s->rotor.x == 0.0 &&
              s->rotor.y == 0.0) {
-        /* The rotation about T is the same in each step and commutes with all others. It is
-         * therefore applied only when a state is read. */
+        /* The rotation about T is the same in every step and commutes with all other rotations. It
+         * is therefore applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q)) + s->rotor.z;
         s->t = 0.0;
         s->rotor.z = 0.0;
@@ -45,14 +45,15 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
     s->gyrostat = v_largest(s->rotor);
 }
 
-/* Returns sum + change + low, and writes the rounding error of the result to `low`. */
+/* Returns sum + change + low, and writes the rounding error of this sum to `low`. */
 static inline double splitting_sum(double sum, double change, double *low)
 {
     const double all = change + *low, next = sum + all;
     *low = all - (next - sum);
     return next;
 }
-/* Adds `change` to m, except to the vertical component, which gravity does not change. */
+/* Adds `change` to the horizontal components of m. Gravity does not change the vertical
+ * component. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
@@ -64,8 +65,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m seen from the body, and the product of the rotations about N and T so far, minus
- * one (r). The momentum rotates in the opposite direction. */
+/* The momentum m in the body frame, and r, the product of the rotations about N and T so far minus
+ * the identity. The momentum rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -76,9 +77,9 @@ static inline splitting_body splitting_body_of(const splitting *s)
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. m1 and
- * m2 are the components of the momentum along the other axes; w, r0, r1, r2 are the components of
- * splitting_body.r. */
+/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. The
+ * arguments m1 and m2 are the components of the momentum along axes 1 and 2. The arguments w, r0,
+ * r1, r2 are the components of splitting_body.r. */
 static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
                                   double *r1, double *r2)
 {
@@ -94,8 +95,8 @@ static inline void splitting_turn(double half, double *m1, double *m2, double *w
     *r1 = p + (c * p + s * q);
     *r2 = q + (c * q - s * p);
 }
-/* Rotates about N. This function is not inline: symmetric bodies do not need it, and their code is
- * faster if it is shorter. */
+/* Rotates about N. The function is not inline, because symmetric bodies do not need it, and their
+ * code is faster without it. */
 static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
@@ -104,9 +105,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the rotations `b` about N and T, unless b is NULL, and the rotation about m for the
- * fraction `part` of a step. Then corrects the length of q by its deviation from 1 before the
- * rotation. This correction does not depend on the angle. */
+/* Applies the rotations `b` about N and T, unless `b` is NULL, and the rotation about m for the
+ * fraction `part` of a step. Also normalizes q. The correction is computed from the norm of q
+ * before the rotation, so it does not depend on the angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -138,8 +139,8 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. The function is not inline, which keeps the code for
- * other bodies short. */
+/* Applies the drift of a body with a rotor. The function is not inline, to keep the code for other
+ * bodies short. */
 static void splitting_drift_rotor(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);
@@ -164,8 +165,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state to `out`, after undoing the fraction `part` of a kick and applying the postponed
- * rotation about T. */
+/* Writes the state to `out`, with the fraction `part` of a kick undone and the postponed rotation
+ * about T applied. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

@@ -1,6 +1,6 @@
-/* Half kick, free drift, half kick: the splitting of second order (splitting.h). The two half kicks
- * between successive steps are combined. The method conserves <m,e3>, and for Lagrange tops and
- * free symmetric bodies also <m,T>. The error of the energy is a bounded O(h^2). */
+/* Strang splitting, of second order: half a kick, a free drift, half a kick (splitting.h). The two
+ * half kicks between successive steps are combined. The method conserves <m,e3>, and for Lagrange
+ * tops and free symmetric bodies also <m,T>. The error of the energy is bounded and O(h^2). */
 #include "splitting.h"
 
 /* Between steps, m is half a kick ahead. */

@@ -1,10 +1,11 @@
-/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
- * kick per step. The drift must be of order 4, too. For symmetric bodies it is exact (splitting.h).
- * For other bodies it is Suzuki's composition of the rotations about N and T, without kicks. The
- * method conserves <m,e3>, and for Lagrange tops also the axial momentum. The error of the energy
- * is a bounded O(h^4). The steps are symplectic; the processor changes the symplectic form by a
- * bounded O(h^7) in the states that are read. A step in which the top may turn by more than 2.5 rad
- * is refused, except for Lagrange tops, whose drift is exact. */
+/* Half a modified kick (modified_kick.h), a free drift, and half a modified kick. The method has
+ * order 4 with one kick per step. The drift must have order 4 or higher. For symmetric bodies, the
+ * drift is exact (splitting.h). For other bodies, the drift is Suzuki's composition of the
+ * rotations about N and T, without kicks. The method conserves <m,e3>, and for Lagrange tops also
+ * the axial momentum. The error of the energy is bounded and O(h^4). The steps are symplectic. In
+ * the states that are read, the processor changes the symplectic form by a bounded amount of
+ * O(h^7). The method refuses steps in which the top may rotate by more than 2.5 rad. Lagrange tops
+ * have no such limit, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

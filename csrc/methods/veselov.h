@@ -1,17 +1,17 @@
-/* The discrete Moser-Veselov top, a free drift of second order. With M = q* m q, the moments I, and
- * a unit quaternion rho = (r0, r),
+/* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q, the
+ * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation is solved for r
- * by Newton's iteration. m is constant. In each step, the energy of the free body, and <m,T> if I_N
- * = I_B, are conserved up to the tolerance of the iteration. Over 10^6 steps, the energy and <m,T>
- * change by 1e-12 to 1e-10. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Newton's iteration solves
+ * the equation for r. The momentum m is constant. Each step conserves the energy of the free body,
+ * and <m,T> if I_N = I_B, up to the tolerance of the iteration. Over 10^6 steps, the energy and
+ * <m,T> change by 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns r after one more step of Newton's method. F is the residual at the given r. */
+/* Returns r after one more Newton step. F is the residual at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

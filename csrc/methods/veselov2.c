@@ -1,7 +1,7 @@
-/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks between
- * successive steps are combined. The method conserves <m,e3>, and for Lagrange tops also the axial
- * momentum. The energy of a free body is also conserved; for other bodies the error of the energy
- * is a bounded O(h^2). */
+/* Half a kick, a discrete Moser-Veselov drift (veselov.h), and half a kick. The two half kicks
+ * between successive steps are combined. The method conserves <m,e3>, and for Lagrange tops also
+ * the axial momentum. The energy of a free body is also conserved. For all other tops, the error of
+ * the energy is bounded and O(h^2). */
 #include "veselov.h"
 
 typedef struct {

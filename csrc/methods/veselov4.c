@@ -1,13 +1,13 @@
-/* Half of a modified kick (modified_kick.h), discrete Moser-Veselov drift (veselov.h) with modified
- * moments, half of a modified kick. The drift is of order 4 with the moments I~ in place of I,
+/* Half a modified kick (modified_kick.h), a discrete Moser-Veselov drift (veselov.h) with modified
+ * moments, and half a modified kick. With the moments I~ in place of I, the drift has order 4,
  * where
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, but a kick changes both.
- * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies.
- * A step in which the top may turn by more than 1.25 rad is refused, because the series in h then
- * fails to approximate the moments. */
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, whereas a kick changes
+ * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free
+ * bodies. The method refuses steps in which the top may rotate by more than 1.25 rad, because the
+ * series in h would not approximate the moments. */
 #include "modified_kick.h"
 #include "veselov.h"
 
@@ -18,7 +18,7 @@ typedef struct {
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the moments I~, which are defined at the beginning of this file. */
+/* Returns the modified moments I~, which are defined at the top of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);

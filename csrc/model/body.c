@@ -1,6 +1,6 @@
 /* Bodies: inertia at the fixed point, principal axes, and kind. J = J_com + mass * (|a|^2 1 - a
  * a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are found by Jacobi's
- * rotations, which are accurate even if moments are equal. */
+ * eigenvalue method, which is accurate even if principal moments coincide. */
 #include "body.h"
 
 /* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
@@ -33,7 +33,8 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Checks the body `b`, and copies it to `out` if it is valid. Returns the status of the check. */
+/* Checks the body `b`, and copies it to `out` if the body is valid. Returns the status of the
+ * check. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -45,17 +46,17 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that permute the axes cyclically. The three permutations take T to N, T to B, and T to
+/* Rotations that permute the axes N, B, T cyclically. The three rotations take T to N, to B, and to
  * T. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */
 static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Returns the index of the odd axis of a body: the axis such that the moments about the other two
- * axes are equal. Returns -1 if the body has no odd axis. For a spherical body, returns the axis
- * nearest the centre of mass. */
-static int odd_axis(const kr_body *b, double rtol)
+/* Returns the index of the distinct axis of a body: the principal axis for which the moments about
+ * the other two axes are equal. Returns -1 if all three moments differ. For a spherical body,
+ * returns the axis nearest to the direction of the centre of mass. */
+static int distinct_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
     for (int i = 2; i >= 0; i--) {
@@ -71,17 +72,17 @@ static int is_spherical(const kr_body *b)
     const kr_vec3 i = b->inertia;
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
-/* Returns the kind that the body has if its rotor is at rest. */
+/* Returns the kind of the body, disregarding its rotor. */
 static kr_kind kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
-    const int odd = odd_axis(b, rtol);
+    const int axis = distinct_axis(b, rtol);
     if (reach == 0.0) return KR_KIND_EULER;
-    if (odd < 0) return KR_KIND_GENERAL;
-    const double pair = component_at(b->inertia, (odd + 1) % 3),
-                 lone = component_at(b->inertia, odd), along = fabs(component_at(b->com, odd));
-    const double across =
-        fmax(fabs(component_at(b->com, (odd + 1) % 3)), fabs(component_at(b->com, (odd + 2) % 3)));
+    if (axis < 0) return KR_KIND_GENERAL;
+    const double pair = component_at(b->inertia, (axis + 1) % 3),
+                 lone = component_at(b->inertia, axis), along = fabs(component_at(b->com, axis));
+    const double across = fmax(fabs(component_at(b->com, (axis + 1) % 3)),
+                               fabs(component_at(b->com, (axis + 2) % 3)));
     if (across <= rtol * reach || is_equal(pair, lone, rtol)) return KR_KIND_LAGRANGE;
     if (along > rtol * reach) return KR_KIND_GENERAL;
     if (is_equal(pair, 2.0 * lone, rtol)) return KR_KIND_KOWALEWSKI;
@@ -90,17 +91,18 @@ static kr_kind kind_without_rotor(const kr_body *b, double rtol)
 }
 int kr_body_is_rotor_axial(const kr_body *b, double rtol)
 {
-    const int odd = odd_axis(b, rtol);
+    const int axis = distinct_axis(b, rtol);
     if (!kr_body_has_rotor(b)) return 1;
-    if (odd < 0) return 0;
+    if (axis < 0) return 0;
     if (is_spherical(b))
         return v_largest(b->com) == 0.0 ||
                v_largest(v_cross(v_unit(b->com), v_unit(b->rotor))) <= rtol;
-    return fmax(fabs(component_at(b->rotor, (odd + 1) % 3)),
-                fabs(component_at(b->rotor, (odd + 2) % 3))) <= rtol * v_largest(b->rotor);
+    return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
+                fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed forms and maps of a kind apply to bodies without rotors. A rotor along the axis of
- * symmetry only adds the constant rate -rotor / I3 to the rotation about this axis. */
+/* The closed-form solutions and maps for a kind assume a body without a rotor. A rotor along the
+ * axis of symmetry is also permitted. Such a rotor only adds the constant rate -rotor / I3 to the
+ * rotation about this axis. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -110,7 +112,8 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
                : KR_KIND_GENERAL;
 }
 
-/* Permutes the components of `v` cyclically so that component `last` becomes the third. */
+/* Permutes the components of `v` cyclically so that the component with index `last` becomes the
+ * third. */
 static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
@@ -119,13 +122,13 @@ static kr_vec3 rename_axes(kr_vec3 v, int last)
 int kr_body_last_axis(const kr_body *b)
 {
     const kr_vec3 i = b->inertia;
-    const int odd = odd_axis(b, KR_KIND_RTOL);
-    if (odd >= 0) return odd;
+    const int axis = distinct_axis(b, KR_KIND_RTOL);
+    if (axis >= 0) return axis;
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with T along `last`. The given moments belong to other
- * axes, and are replaced by their mean. */
+/* Returns working axes of a spherical body, with T along `last`. The moments of the body refer to
+ * other axes, and are therefore replaced by their mean. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -144,8 +147,8 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
     return w;
 }
-/* Returns working axes in which an axial rotor has no components normal to T. Such components are
- * rounding errors. */
+/* Returns the working axes `w` with the components of an axial rotor normal to T set to zero. Such
+ * components are rounding errors. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
@@ -170,8 +173,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Makes the element a[p][p + 1] zero (indices modulo 3) by a rotation about the axis with index p +
- * 2, and updates `axes`. */
+/* Annihilates the element a[p][p + 1] by a rotation about the axis with index p + 2, and updates
+ * `axes`. All indices are modulo 3. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -188,11 +191,11 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
-/* Returns axis i of the frame with the quaternion q. */
+/* Returns the i-th axis of the frame described by the quaternion q. */
 static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Returns one of the 24 right-handed frames whose axes are parallel to `axes`: the one nearest to
- * the frame of description. */
+/* Returns the frame nearest to the frame of description among the 24 right-handed frames whose axes
+ * are parallel to `axes`. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -217,7 +220,8 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
-/* Sets the axes of `b`, and the moments and the centre of mass along these axes. */
+/* Sets the axes of `b`, the moments about these axes, and the components of the centre of mass
+ * along these axes. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
@@ -226,50 +230,51 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* Returns 1 if the distance of the centre of mass from the odd axis can be due to rounding errors.
- * Rounding errors of a tensor rotate the axes more if the moments are nearly equal. */
-static int is_axis_through_com(const kr_body *b, int odd)
+/* Returns 1 if the distance of the centre of mass from the distinct axis can be due to rounding
+ * errors. If the moments are nearly equal, small errors of the inertia tensor cause large rotations
+ * of the axes. */
+static int is_axis_through_com(const kr_body *b, int axis)
 {
-    const double lone = component_at(b->inertia, odd),
-                 pair = component_at(b->inertia, (odd + 1) % 3);
+    const double lone = component_at(b->inertia, axis),
+                 pair = component_at(b->inertia, (axis + 1) % 3);
     const double reach = v_largest(b->com),
-                 across = fmax(fabs(component_at(b->com, (odd + 1) % 3)),
-                               fabs(component_at(b->com, (odd + 2) % 3)));
+                 across = fmax(fabs(component_at(b->com, (axis + 1) % 3)),
+                               fabs(component_at(b->com, (axis + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Returns the principal axes that differ least from the frame of description, for a body with two
- * equal moments. If rounding errors of the tensor permit, the odd axis passes exactly through the
- * centre of mass. */
+/* Returns the principal axes nearest to the frame of description, for a body with two equal
+ * moments. If this is consistent with the rounding errors of the tensor, the distinct axis passes
+ * exactly through the centre of mass. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
-    const int odd = odd_axis(b, KR_KIND_RTOL);
+    const int axis = distinct_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
-    if (odd < 0) return b->axes;
+    if (axis < 0) return b->axes;
     if (is_spherical(b)) return q_one();
-    kr_vec3 a = axis_column(b->axes, odd);
-    if (is_axis_through_com(b, odd)) {
+    kr_vec3 a = axis_column(b->axes, axis);
+    if (is_axis_through_com(b, axis)) {
         if (reach > 0.0) a = v_scale(1.0 / reach, com);
         return q_tilt(v_scale((a.z < 0.0 ? -1.0 : 1.0) / v_length(a), a));
     }
-    return q_mul(q_mul(axis_cycles[odd], q_tilt(q_turn_back(axis_cycles[odd], a))),
-                 q_conj(axis_cycles[odd]));
+    return q_mul(q_mul(axis_cycles[axis], q_tilt(q_turn_back(axis_cycles[axis], a))),
+                 q_conj(axis_cycles[axis]));
 }
-/* Makes two moments equal if they differ by rounding errors only. Moves the centre of mass to the
- * odd axis if its distance is a rounding error. */
+/* Sets two moments to the same value if their difference is due to rounding errors. Moves the
+ * centre of mass to the distinct axis if the distance between them is due to rounding errors. */
 static void merge_equal_moments(kr_body *b)
 {
-    const int odd = odd_axis(b, KR_KIND_RTOL);
+    const int axis = distinct_axis(b, KR_KIND_RTOL);
     const kr_vec3 i = b->inertia, a = b->com;
-    if (odd < 0) return;
-    const double x = component_at(i, (odd + 1) % 3), y = component_at(i, (odd + 2) % 3),
-                 z = component_at(i, odd), pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
-    b->inertia = v3(odd == 0 ? lone : pair, odd == 1 ? lone : pair, odd == 2 ? lone : pair);
+    if (axis < 0) return;
+    const double x = component_at(i, (axis + 1) % 3), y = component_at(i, (axis + 2) % 3),
+                 z = component_at(i, axis), pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
+    b->inertia = v3(axis == 0 ? lone : pair, axis == 1 ? lone : pair, axis == 2 ? lone : pair);
     if (kr_body_kind(b, KR_KIND_RTOL) == KR_KIND_LAGRANGE && lone != pair)
-        b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
+        b->com = v3(axis == 0 ? a.x : 0.0, axis == 1 ? a.y : 0.0, axis == 2 ? a.z : 0.0);
 }
 
-/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment make it
- * inaccurate. */
+/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment leave it
+ * too few correct digits. */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
@@ -294,7 +299,7 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* Jacobi's method converges quadratically: six sweeps are more than enough. */
+        /* Jacobi's method converges quadratically, so that 16 sweeps are more than enough. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         set_axes(&b, nearest_axes(b.axes), a, com);

@@ -1,30 +1,31 @@
-/* Working axes of a body: principal axes in an order that suits the methods. */
+/* Working axes of a body: the principal axes in an order that suits the methods. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"
 
 typedef struct kr_working {
-    /* Working -> principal axes. For a symmetric body, T is the odd axis, whose moment differs from
-     * the other two. For a spherical body, T passes through the centre of mass, or is along the
-     * rotor. For other bodies, B is the axis of the middle moment. */
+    /* Working -> principal axes. For a symmetric body, T is the distinct axis, whose moment differs
+     * from the other two. For a spherical body, T passes through the centre of mass, or is along
+     * the rotor. For all other bodies, B is the axis of the intermediate moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping, rotor;
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
-/* Returns the working axes, and the moments, com, damping and rotor along these axes. A
- * spherical body with unequal `damping` keeps its principal axes, because the damping is diagonal
- * only along these axes. */
+/* Returns the working axes, and the moments, com, damping and rotor along these axes. A spherical
+ * body with unequal components of `damping` keeps its principal axes, because the damping matrix is
+ * diagonal only in these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);
 /* Returns the index of the principal axis that becomes T. For a spherical body, this is the axis
- * nearest the centre of mass. */
+ * nearest to the direction of the centre of mass. */
 int kr_body_last_axis(const kr_body *body);
-/* Returns the principal axes as working axes. */
+/* Returns working axes that are the principal axes in their given order. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 /* Returns 1 if the body has a rotor. */
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }
-/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. The rotor
- * of a spherical body must be along the centre of mass, unless this is the fixed point. */
+/* Returns 1 if the body has no rotor, or is symmetric about the direction of its rotor. For a
+ * spherical body, the rotor must point towards or away from the centre of mass, unless the centre
+ * of mass is the fixed point. */
 int kr_body_is_rotor_axial(const kr_body *body, double rtol);
 #endif

@@ -1,5 +1,6 @@
-/* Names and texts of statuses, kinds and flags, from the lists in kreisel.h. Texts are members of a
- * struct, and tables contain their offsets. A pointer would take 32 bytes with its relocation. */
+/* Names and descriptions of status codes, kinds and flags, generated from the lists in kreisel.h.
+ * The strings are members of a struct, and the tables store offsets into this struct. A pointer,
+ * with its relocation entry, would take 32 bytes. */
 #include <stddef.h>
 #include <string.h>
 #include "kreisel.h"

@@ -2,11 +2,11 @@
  * momentum h of the rotor:
  *     T = V J V / 2,   U = mass g <com, R* e3 R> - O J O / 2 - <h, O>
  *     J W' = M x W + mass g R* e3 R x com - D V - friction,   W = J^-1 (M - h)
- * with the acceleration g by gravity and by the shaking of the support, the angular velocity O =
- * R* turning R of the support, and the angular velocity V = W - O relative to the support.
- * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
- * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They
- * describe the frame r = q tilt, whose third axis is the apex:
+ * where g is the acceleration due to gravity and to the shaking of the support, O = R* turning R is
+ * the angular velocity of the support, and V = W - O is the angular velocity relative to the
+ * support. The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1
+ * is along -com, so that the potential has the same sign as in the thesis. Euler's angles are
+ * z-x-z. They describe the frame r = q tilt, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "math/trig.h"
@@ -21,8 +21,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the momentum without the rotor's contribution, along the principal axes with the attitude
- * q. */
+/* Returns the momentum without that of the rotor, along the principal axes. `q` is the attitude of
+ * these axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -36,7 +36,8 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
-/* Returns the angular velocity of the support along the principal axes with the attitude q. */
+/* Returns the angular velocity of the support along the principal axes. `q` is the attitude of
+ * these axes. */
 static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
 {
     return q_turn_back(q, scene->turning);
@@ -97,7 +98,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
- * vertical, one of the two results is undefined and set to 0. Adding 0.0 removes negative zeros. */
+ * vertical, one of the two results is undefined, and is set to 0. Adding 0.0 turns negative zeros
+ * into positive ones. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -194,8 +196,8 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
-/* Returns the angular acceleration with dry friction, from that without it; `V` is the angular
- * velocity relative to the support, along the principal axes. */
+/* Adds the effect of dry friction to the angular acceleration `gain`, and returns the sum. `V` is
+ * the angular velocity relative to the support, along the principal axes. */
 static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
 {
     const kr_vec3 com = scene->body.com,
@@ -203,7 +205,8 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin as small as a rounding error counts as zero. Friction then holds the top if it can. */
+    /* A spin at the level of rounding errors is treated as zero. Friction then holds the top if the
+     * required torque is within its limit. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }

@@ -21,12 +21,12 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* If the spin is at most this fraction of the angular velocity, the top counts as held by
+/* A top whose spin is at most this fraction of its angular velocity is considered to be held by
  * friction. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
-/* The function kr_state_<name> computes a quantity. The type of its result depends on the number of
- * doubles. */
+/* The function kr_state_<name> computes the quantity <name>. The return type depends on the number
+ * of doubles of the quantity. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -36,14 +36,15 @@ double kr_acceleration_at(const kr_scene *scene, double t);
 #include "quantities.def"
 #undef Q
 
-/* A component, that is, one double of a quantity. Components are numbered from 1; KR_COMPONENT_ONE
- * is 0. */
+/* A component: one of the doubles of a quantity. Components are numbered from 1; the number 0 is
+ * KR_COMPONENT_ONE, the constant 1. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_...; index of the double, from 0 */
 } kr_component;
-/* Returns 1 if `number` is a component that events can use. */
+/* Returns 1 if `number` is the number of a component that events can use. */
 int kr_component_is_valid(int number);
-/* Returns the quantity and axis of a component other than KR_COMPONENT_ONE. */
+/* Returns the quantity and the axis of the component with this number, which must not be
+ * KR_COMPONENT_ONE. */
 static inline kr_component kr_component_of(int number)
 {
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
@@ -51,6 +52,6 @@ static inline kr_component kr_component_of(int number)
 }
 /* Returns 1 if the component changes when the top is rotated about the vertical. */
 int kr_component_is_turned(int number);
-/* Returns the value of a component at a state; NaN if `number` is invalid. */
+/* Returns the value of a component at a state, or NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);
 #endif

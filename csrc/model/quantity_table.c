@@ -1,4 +1,4 @@
-/* The table of quantities, built from quantities.def, and their components. */
+/* The table of quantities, generated from quantities.def, and access to their components. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -93,7 +93,7 @@ int kr_component_is_valid(int number)
     return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
-/* The third component of a vector in space is vertical. This component does not change when the top
+/* The third component of a vector in space is along the vertical, and does not change when the top
  * is rotated about the vertical. */
 int kr_component_is_turned(int number)
 {

@@ -1,17 +1,18 @@
-/* Derivatives of the quantities of a state, from the tangents of the state. With the attitude R of
- * the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and the vertical
- * V = R* e3 R, a rotation vector theta in the body and a change dm of the momentum cause the
- * changes
+/* Derivatives of the quantities of a state, computed from the tangents of the state. With the
+ * attitude R of the principal axes, M = R* m R, the momentum h of the rotor, W = J^-1 (M - h) and
+ * the vertical V = R* e3 R, a rotation vector theta in the body frame and a change dm of the
+ * momentum cause the changes
  *     dM = R* dm R + M x theta,   dW = J^-1 (dM - dh - dJ W),   dV = V x theta
  * with the angular velocity O of the support and U relative to it, for which
  *     dO = O x theta + R* dturning R,   dU = dW - dO
- * and R (dv + theta x v) R* of a vector R v R* in space. Quantities that depend on a parameter
- * directly have an additional term. */
+ * and R (dv + theta x v) R* of a vector R v R* in space. Quantities that depend explicitly on a
+ * parameter have an additional term. */
 #include "quantities.h"
 #include "math/trig.h"
 #include "scene.h"
 
-/* A state. Vectors are along the principal axes unless stated otherwise. */
+/* A state and its scene. Vectors have components along the principal axes unless stated
+ * otherwise. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
@@ -21,7 +22,8 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
-/* A change of the state and of the parameters, and the resulting changes of the vectors. */
+/* An infinitesimal change of the state and of the parameters, and the resulting changes of the
+ * vectors. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
     kr_vec3 push;           /* dm, in space */
@@ -33,17 +35,17 @@ typedef struct quantity_change {
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
-/* Returns the vector with the components v along three axes. */
+/* Returns the vector that has the components v along three given axes. */
 static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));
 }
-/* Returns the components of v along three orthonormal axes. */
+/* Returns the components of v along three given orthonormal axes. */
 static kr_vec3 components_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v3(v_dot(axes[0], v), v_dot(axes[1], v), v_dot(axes[2], v));
 }
-/* Returns the change in space of a vector v whose change in the body is dv. */
+/* Returns the change in space of a body-frame vector v that changes by dv relative to the body. */
 static kr_vec3 change_in_space(const quantity_point *at, const quantity_change *by, kr_vec3 v,
                                kr_vec3 dv)
 {
@@ -101,8 +103,8 @@ static void tangent_of_spin(const quantity_point *at, const quantity_change *by,
     *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
 }
 
-/* Returns the rotation vector, in the frame of description, of the change of q_tilt(a) by a change
- * da of the unit vector a. */
+/* Returns the rotation vector, in the frame of description, by which q_tilt(a) changes when the
+ * unit vector a changes by da. */
 static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
@@ -111,7 +113,8 @@ static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
                   turn = v_add(v_sub(v_scale(w, dv), v_scale(da.z, v)), v_cross(v, dv));
     return v_scale(1.0 / w, turn);
 }
-/* Returns the rotation vector in space of the frame that Euler's angles describe. */
+/* Returns the rotation vector, in space, by which the frame described by the Euler angles
+ * changes. */
 static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_change *by)
 {
     const kr_vec3 turn = sum_along(at->frame, by->turn);
@@ -120,8 +123,9 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
         turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Writes the direction of the horizontal part of the apex, the length of this part, and the apex in
- * space. If the apex is vertical, the angles have no derivatives, and the direction is NaN. */
+/* Returns the direction of the horizontal projection of the apex. Writes the length of this
+ * projection, and the apex in space. If the apex is vertical, the Euler angles have no derivatives,
+ * and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = sum_along(at->frame, at->apex);
@@ -129,7 +133,8 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
 /* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
- * nodes n. The derivatives of the angles are its products with the dual vectors. */
+ * nodes n. The derivatives of the angles are therefore the scalar products of this vector with the
+ * dual basis. */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -190,18 +195,18 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
     *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
 }
 
-/* The vectors of which K and G are functions, as in quantities.c, and their changes. */
+/* The vectors m and p on which the integrals K and G depend (quantities.c), and their changes. */
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns the change of a vector v that changes by dv along fixed axes and is rotated by `turn`
- * about axis 3. */
+/* Returns the total change of a vector v that changes by dv and is also rotated by the small angle
+ * `turn` about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
 /* Writes the vectors and their changes. Returns 0 if the integral has no derivative, because the
- * body is of another kind or the change leads to another kind. */
+ * body is not of this kind, or does not remain of this kind. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -299,8 +304,8 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of the vectors, given the changes of the parameters and the change of the state,
- * `column` of the tangents. */
+/* Sets the changes of the vectors from the changes of the parameters and of the state. `column` is
+ * a column of the tangents. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -321,7 +326,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Writes the changes of the parameters, one for each column of the tangents. */
+/* Writes the change of the parameters that belongs to each column of the tangents. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;

@@ -13,7 +13,7 @@ kr_scene kr_scene_default(void)
     return (kr_scene){
         .body = body, .gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
 }
-/* Returns 1 if the numbers of the support's motion and of the friction are valid. */
+/* Returns 1 if the parameters of the support motion and of the friction are valid. */
 static int is_valid_support(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
@@ -72,13 +72,14 @@ kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
                             times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
     return swing;
 }
-/* Returns the largest rate at which the support turns or shakes. */
+/* Returns the largest rate of the support motion: of its rotation or of its shaking. */
 static double support_rate(const kr_scene *scene)
 {
     const double shaking = kr_scene_shakes(scene) ? scene->shaking.rate : 0.0;
     return fmax(v_largest(scene->turning), shaking);
 }
-/* Returns the rate of the top as a pendulum under the strongest acceleration. */
+/* Returns the constants that determine the unit of time. On a shaken support, the pendulum
+ * frequency refers to the larger of gravity and the amplitude of the shaking acceleration. */
 static kr_swing strongest_swing(const kr_scene *scene, const kr_working *working)
 {
     const kr_shaking *shaking = &scene->shaking;

@@ -1,6 +1,6 @@
-/* Internal units of a top. Each internal unit is a power of two times the user's unit. If the user
- * changes the units of mass, length and time by powers of two, all results therefore change by
- * exact powers of two. */
+/* Internal units of a top. Each internal unit is a power of two times the user's unit. Changing the
+ * user's units of mass, length and time by powers of two therefore changes all results by exact
+ * powers of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
@@ -11,18 +11,18 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* The factors of the lever = mass * gravity * com * 2^power, scaled because the lever may exceed
- * the range of doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. The factors are scaled because the lever
+ * may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
     int power;
 } kr_pull;
-/* Returns the scaled mass, gravity and `com` of a scene. */
+/* Returns the mass, gravity and `com` of a scene, scaled by powers of two. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind of the top. Without gravity, a top is a free body wherever its centre of mass
- * is. */
+/* Returns the kind of the top. Without gravity, a top is a free body regardless of its centre of
+ * mass. */
 kr_kind kr_scene_kind(const kr_scene *scene);
 /* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms of friction and of moving
  * supports, and refuses scenes that need them. */
@@ -31,7 +31,7 @@ kr_kind kr_scene_kind(const kr_scene *scene);
 #else
 #  define KR_HAS_SUPPORTS 1
 #endif
-/* Returns 1 if the support turns. */
+/* Returns 1 if the support rotates. */
 static inline int kr_scene_turns(const kr_scene *scene) { return v_largest(scene->turning) > 0.0; }
 /* Returns 1 if the support is shaken. */
 static inline int kr_scene_shakes(const kr_scene *scene) { return scene->shaking.amplitude != 0.0; }
@@ -45,14 +45,15 @@ static inline int kr_scene_is_disturbed(const kr_scene *scene)
 {
     return v_largest(scene->damping) > 0.0 || kr_scene_needs_support_terms(scene);
 }
-/* Returns 1 if the support turns about the vertical. In the inertial frame, an undamped top then
- * moves as on a support at rest. */
+/* Returns 1 if the support rotates about the vertical. In this case, an undamped top moves in the
+ * inertial frame as if the support were at rest. */
 static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Returns 1 if a top has no closed form because of its damping, friction or support. If `own` is
- * nonzero, the driver converts states from the inertial frame. */
+/* Returns 1 if damping, friction or the support motion excludes a closed-form solution. If `own` is
+ * nonzero, the driver converts states from the inertial frame, so the support may rotate about the
+ * vertical. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;
@@ -63,16 +64,17 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 kr_status kr_scene_check_start(const kr_scene *scene);
 
 /* Constants that determine the unit of time: the unit of moments, the reciprocal of this unit, and
- * the rate of the top as a pendulum [T^-1]. */
+ * the pendulum frequency of the top [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest unit allowed, so that its reciprocal is finite. */
+/* The smallest unit allowed. The reciprocal of any smaller unit might not be finite. */
 static const double kr_min_unit = 0x1p-1020;
-/* Writes the exponent `power` of the unit of time 2^power. `momentum` is the largest component of
- * the momentum. Returns 0 if the units exceed the range of doubles. */
+/* Determines the unit of time, 2^power, and writes its exponent to `power`. `momentum` is the
+ * magnitude of the largest component of the momentum. Returns 0 if the units exceed the range of
+ * doubles. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
@@ -86,6 +88,7 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the horizon like kr_scene_horizon, from units and working axes that are already known. */
+/* Returns the same horizon as kr_scene_horizon, but uses units and working axes that are already
+ * known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -1,17 +1,17 @@
-/* The recurrence of tangents.h: coefficients and sums. This source is compiled four times for each
- * instruction set: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single
- * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define three
- * types. A `triple` is one vector for each deviation. A `turned` is a triple in the layout of the
- * factor that is multiplied by a `path_term`. `halves` are the two sums of such products. The cross
- * product of two series is the difference of the two sums, whose factors are cyclic permutations of
- * the components. The newest coefficient comes last in each sum, because all others can be added
- * before it is known. */
+/* The recurrence of tangents.h: computation of the coefficients, and evaluation of the series. This
+ * source is compiled four times for each instruction set: in doubles (quat_simd.h) and in
+ * double-double (quat_simd_dd.h), for single deviations (deviation_single.h) and for batches
+ * (deviation_batch.h). The last two headers define three types. A `triple` holds one vector for
+ * each deviation. A `turned` is a triple in the layout needed for multiplication by a `path_term`.
+ * A `halves` holds two sums of such products. The cross product of two series is the difference of
+ * these sums; their factors are cyclic permutations of the components. Each sum adds the newest
+ * coefficient last, because all other terms can be added before it is known. */
 #include "tangents.h"
 
-/* Coefficients, stored in the permuted form that the products need. The coefficients of the path
- * have the order (prev | next) and follow BEFORE zeros: `w` is for W and `p` for P. The
- * coefficients of a deviation have the order (next | prev): `turn` is for theta, `push` for N, and
- * `cross` for c x theta. */
+/* Coefficients in the permuted form that the products need. The coefficients of the path, `w` of W
+ * and `p` of P, have the order (prev | next), and are preceded by BEFORE zeros. The coefficients of
+ * a deviation, `turn` of theta, `push` of N and `cross` of c x theta, have the order (next |
+ * prev). */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -19,7 +19,7 @@ typedef struct {
     turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-/* Stores coefficient n of theta and of N, both as they are and permuted. */
+/* Stores the n-th coefficients of theta and of N, in their original order and permuted. */
 INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
     const triple up = triple_of(g->up), down = triple_of(g->down);
@@ -29,28 +29,28 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns coefficient n of B W. */
+/* Returns the n-th coefficient of B W. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns coefficient n of F W. */
+/* Returns the n-th coefficient of F W. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
     return triple_fma(load_drags(g, 2), triple_prev(w),
                       triple_fma(load_drags(g, 1), triple_next(w), own));
 }
-/* Returns coefficient n of P x b. */
+/* Returns the n-th coefficient of P x b. */
 INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns coefficient n of h x theta. */
+/* Returns the n-th coefficient of h x theta. */
 INLINE triple rotor_turn(const kr_tangent *g, int n)
 {
     const triple h = triple_of(g->rotor), turn = load_turn(g, n);
@@ -66,8 +66,8 @@ INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minu
         triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums over j + m = n of the products of coefficient j of a deviation and coefficient m of the
- * path. */
+/* Sums over j + m = n of the products of the j-th coefficient of a deviation and the m-th
+ * coefficient of the path. */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;
@@ -78,8 +78,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Sets the coefficients n + 1 of a deviation from the sums of the even terms (`a`) and of the odd
- * terms (`b`). */
+/* Sets the (n + 1)-th coefficients of a deviation from the sums of the even terms (`a`) and of the
+ * odd terms (`b`). */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -119,7 +119,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Sets the coefficients n + 1 of `few` deviations. Even and odd terms are summed separately. */
+/* Sets the (n + 1)-th coefficients of `few` deviations. Even and odd terms are summed
+ * separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -144,7 +145,7 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all coefficients of `many` deviations or batches from coefficient 0. */
+/* Computes all coefficients of `many` deviations or batches from the zeroth coefficients. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

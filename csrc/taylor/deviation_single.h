@@ -1,7 +1,7 @@
 /* The types and operations of deviation.h for single deviations. The lanes hold one deviation, (0,
  * theta | 0, N): a triple is a `quad`, and its two cyclic permutations form a `duo`. Three
- * deviations are computed in parallel, because the instructions for a single one would wait for
- * each other's results. */
+ * deviations are computed in parallel, because the instructions for a single deviation depend on
+ * each other. */
 #include "tangents.h"
 
 enum {

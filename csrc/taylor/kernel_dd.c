@@ -1,11 +1,12 @@
-/* The Taylor series (kernel.c) with its first terms, the head, in double-double precision, and the
- * other terms in double precision. For 20 digits the head has only a few terms, and for 30 digits
- * it has about half of all terms. This file is compiled once for each instruction set. */
+/* The Taylor series for 20 and 30 digits. The head (the first terms) is computed in double-double
+ * precision, and the tail (the remaining terms) in double precision. For 20 digits, the head has
+ * only a few terms. For 30 digits, it has about half of all terms. This file is compiled once for
+ * each instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Sums the head and adds h^(head + 1) times the sum of the tail. */
+/* Evaluates the head, and adds h^(head + 1) times the value of the tail. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {
@@ -17,7 +18,7 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
-/* Makes the next step. */
+/* Computes the next step. */
 INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
                           double log2_tol, double direction)
 {
@@ -30,7 +31,8 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-/* DIGITS defines the kernel's two functions for 20 or 30 digits, with constant numbers of terms. */
+/* DIGITS defines the two functions of a kernel for 20 or 30 digits. The numbers of terms are
+ * constants. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

@@ -1,8 +1,9 @@
-/* The recurrence of taylor.h: coefficients, step size, sums. This source is compiled twice for each
- * instruction set, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. The
- * recurrence is fast for three reasons. Every sum runs from its middle terms outwards, so that the
- * two newest coefficients come last. The terms (j, m) and (m, j) are added in parallel. The
- * compiler knows the order and can unroll the loops. */
+/* The recurrence of taylor.h: coefficients of the series, choice of the step size, and evaluation.
+ * This source is compiled twice for each instruction set, after quat_simd.h for doubles and after
+ * quat_simd_dd.h for double-double. Three properties make the recurrence fast. Every sum starts
+ * with its middle terms and proceeds outwards, so that the two newest coefficients are needed last.
+ * The terms (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so that
+ * loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -12,16 +13,16 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The variant without the heading (headless) omits the attitude, whose lanes are zero. Motions with
- * damping have an expansion of their own, so that damping costs other motions nothing. */
+/* The variant without the heading (headless) omits the attitude, whose lanes are zero. Damped
+ * motions use a separate expansion, so that undamped motions do not become slower. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* W is permuted in both variants, P in the headless variant only. The vectors of one order are
- * adjacent in memory, so that one instruction can load both. */
+/* The permuted W is used in both variants, and the permuted P only in the headless variant. The two
+ * vectors for one order are adjacent in memory, so that one instruction can load both. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
@@ -40,13 +41,14 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the terms of the rotor to the permuted W_0. The products of W_n and W_0 then contain the
- * rotor's torque on W_n. */
+/* Adds the terms of the rotor to the permuted W_0. The products of W_n and W_0 then include the
+ * contribution of the rotor to W_{n+1}. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half the product of W_j with itself, which has half of all terms if j = 0. */
+/* Returns half of the product of W_j with itself. For j = 0, the terms of the rotor are
+ * included. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
@@ -65,7 +67,8 @@ INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, 
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
-/* Adds the term (j, m) to `a` and (m, j) to `b`. Both terms of `cross` are added to `a`. */
+/* Adds the term (j, m) to `a` and the term (m, j) to `b`. For `cross`, both terms are added to
+ * `a`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
                      int j, int m, form what)
 {
@@ -84,8 +87,9 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the sums of the products of coefficients j and m over j + m = n. The sums run from their
- * middle terms outwards, and the newest pair is added separately. */
+/* Returns the Cauchy products: the sums of the products of coefficients j and m over j + m = n.
+ * Each sum starts with the middle terms and proceeds outwards; the newest pair is added
+ * separately. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -102,8 +106,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next coefficient of (q | P): the coefficient of the right side of the equation of
- * motion, times `share` = 1 / (n + 1). The next two functions return the next coefficient of P
+/* Returns the next coefficient of (q | P): the coefficient of the right-hand side of the equation
+ * of motion, times `share` = 1 / (n + 1). The next two functions return the next coefficient of P
  * alone, and of W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
@@ -125,12 +129,12 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
                     torque);
 }
 
-/* Sets the coefficients n + 1 of all series. */
+/* Sets the (n + 1)-th coefficients of all series. */
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what,
                                     linear_terms linear)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* The place in which P_n is stored depends on the variant. */
+    /* The variant determines where P_n is stored. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -142,9 +146,9 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 work on the bits of a double. The results have two correct digits,
- * which suffice for a step size. The functions are much faster than libm. The logarithm is later
- * divided by the order, so the mantissa itself can be used in place of its logarithm. */
+/* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. The
+ * results have two correct digits, which suffice for a step size. Since the logarithm is later
+ * divided by the order, approx_log2 may use the mantissa itself in place of its logarithm. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -171,12 +175,12 @@ INLINE double series_log2_radius(const kr_series *s, int n)
         a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* Returns the step size at which the last term is as large as the tolerance. The radius of
- * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. The two terms before the last one are used, so that the step size is
- * known as soon as the last term. Very near an unstable equilibrium all terms lie below the
- * tolerance and give no estimate. The step is therefore limited so that the neglected terms of a
- * falling top cannot exceed the last one. */
+/* Returns the step size for which the last term equals the tolerance. The radius of convergence is
+ * estimated from two terms (Jorba and Zou 2005), because every other term of an even or odd series
+ * vanishes. The two terms are those before the last, so that the step size can be computed at the
+ * same time as the last term. Very close to an unstable equilibrium, all terms are below the
+ * tolerance and give no estimate. The step size is therefore limited so that, even if the top
+ * falls, the omitted terms are smaller than the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -185,11 +189,12 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
     return step < longest ? step : longest;
 }
 
-/* Returns the step size at which products of the middle coefficients of a head have the size
- * 2^log2_size. The first coefficient of the tail is a sum of such products and is affected by their
- * rounding errors. The sum can be far smaller than the products if they cancel, as for a sum of few
- * exponentials. A step chosen by the last term alone would then be too long: the rounding errors of
- * the tail, which is in doubles, would spoil the digits of the head. */
+/* Returns the step size for which the products of the middle coefficients of a head have magnitude
+ * 2^log2_size. The first coefficient of the tail is a sum of such products, and contains their
+ * rounding errors. If the products cancel, as for a sum of a few exponentials, the sum can be much
+ * smaller than the products. A step size based only on the last term would then be too large. The
+ * rounding errors of the tail, which is computed in doubles, would affect the digits of the
+ * head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
@@ -220,7 +225,7 @@ APART void expand_damped(kr_series *s, int from, int order, form what)
 #ifndef KR_NO_SUPPORTS
 #  include "support.h"
 #endif
-/* Computes the coefficients from + 1 to `order`. */
+/* Computes the coefficients with indices `from` + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
@@ -240,7 +245,7 @@ INLINE void expand_series(kr_series *s, int from, int order, form what)
 }
 
 /* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed separately,
- * in two parallel chains of fma. */
+ * in two parallel chains of fused multiply-adds. */
 INLINE void evaluate_sums(const kr_series *s, int from, int order, const double *to, double *sum_x,
                           double *sum_w)
 {
@@ -265,7 +270,7 @@ INLINE void evaluate_sums(const kr_series *s, int from, int order, const double 
     quad_store(sum_w, w);
 }
 
-/* Starts the next step at the end of the last one. */
+/* Starts the next step at the end of the last step. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

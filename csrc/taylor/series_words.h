@@ -1,4 +1,4 @@
-/* Vectors of double-doubles in the lanes of a series. Private to taylor/. */
+/* Vectors of doubles and double-doubles, and the lanes of a series. Private to taylor/. */
 #ifndef KR_TAYLOR_SERIES_WORDS_H
 #define KR_TAYLOR_SERIES_WORDS_H
 #include "math/su2_dd.h"
@@ -9,7 +9,7 @@ static inline void set_lanes(double lanes[4], kr_vec3 v)
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-/* Writes high and low words of a vector into lanes. */
+/* Writes the high and low words of a vector into lanes. */
 static inline void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));

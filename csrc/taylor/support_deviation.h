@@ -1,20 +1,20 @@
-/* The recurrence of tangents.h for tops with dry friction or on a support that turns or shakes
- * (support.h), and for derivatives by the motion of the support or by the friction:
+/* The recurrence of tangents.h for tops with dry friction, or on a support that rotates or shakes
+ * (support.h). It includes derivatives with respect to the motion of the support and the friction:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
- * with the derivatives y of the rotor, E of O, b and k of the lever and of the acceleration, d of
- * the apex a, and g of the torque f of the friction. While friction holds the top, g is determined
- * by the condition that the derivative of the spin <U, a> is zero. This source is included once for
- * doubles and once for double-doubles, like slow_terms.h. */
+ * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
+ * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
+ * determined by the condition that the derivative of the spin <U, a> is zero. This source is
+ * included once for doubles and once for double-doubles, like slow_terms.h. */
 
-/* Coefficients of three components. */
+/* The coefficients of the series for three components. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path about the start of a part of a step. `body` is the support's turning seen from the body,
- * `relative` the angular velocity U, `momentum` AW + h, `dragged` D U, and `pulled` G P.
- * `torque` is the torque of the friction, and `ease` is <a / A, a>. */
+/* The path, expanded about the beginning of a part of a step. `body` is the angular velocity of the
+ * support in the body frame. `relative` is U, `momentum` is AW + h, `dragged` is D U, and `pulled`
+ * is G P. `torque` is the friction torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -23,14 +23,14 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int rubs, holds;
 } LOCAL(moving_path);
-/* A deviation: theta, N, c x theta and theta x a + d, and the terms of theta' and N' that do not
- * depend on the deviation. */
+/* A deviation: the series of theta, N, c x theta and theta x a + d, and the inhomogeneous terms of
+ * theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];
 } LOCAL(moving_deviation);
 
-/* Returns component i of coefficient n of the cross product of two series. */
+/* Returns component i of the n-th coefficient of the cross product of two series. */
 static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int i, int n)
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -41,7 +41,8 @@ static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int
     }
     return sum;
 }
-/* Returns component i of q* e q, for the unit vector e of space with the index `axis`. */
+/* Returns component i of q* e q, where e is the unit vector along the space axis with index
+ * `axis`. */
 static number LOCAL(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
@@ -53,13 +54,13 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
-/* Appends a coefficient to the series of a vector that is fixed in space, seen from the body. */
+/* Appends a coefficient to the body-frame series of a vector that is fixed in space. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
     for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, LOCAL(cross)(a, relative, i, n));
 }
-/* Sets the coefficients n of W, U and the momentum, with h in the units of the series. */
+/* Sets the n-th coefficients of W, U and the momentum, with h in the units of the series. */
 static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2], int n,
                                 const number h[3])
 {
@@ -73,7 +74,7 @@ static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2],
         p->vertical.c[i][n] = of(path[0].x[n][5 + i], WORD(path[1].x[n][5 + i]));
     }
 }
-/* Sets coefficient n of G P. */
+/* Sets the n-th coefficient of G P. */
 static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number sway, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -82,8 +83,8 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
         p->pulled.c[i][n] = add(mul(base, p->vertical.c[i][n]), mul(sway, sum));
     }
 }
-/* Sets the torque of the friction: a constant while the top slides, and lane 0 of W while it is
- * held. */
+/* Sets the friction torque, which is constant while the top slides. While friction holds the top,
+ * the torque is lane 0 of W. */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {
@@ -133,7 +134,7 @@ static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
     }
     if (p->holds) LOCAL(set_velocity)(p, path, order, h);
 }
-/* Adds coefficient n of k P x b, with
+/* Adds the n-th coefficient of k P x b, with
  *     k = scale[0] + scale[1] cosine + scale[2] sine + scale[3] t sine */
 static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                             const support_drive *drive, int n)
@@ -157,7 +158,7 @@ static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation
         d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
     }
 }
-/* Sets the terms of a deviation's equations that do not depend on the deviation. */
+/* Sets the inhomogeneous terms of the equations of a deviation. */
 static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                              const support_drive *drive, int order)
 {
@@ -187,7 +188,8 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
         LOCAL(turn_series)(&turned, &p->relative, n);
     }
 }
-/* Sets the change of the apex, and adds the derivative of the torque of a top that slides. */
+/* Sets the derivative of the apex, and adds the derivative of the friction torque of a sliding
+ * top. */
 static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                       const support_drive *drive)
 {
@@ -196,7 +198,7 @@ static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving
         d->push_by.c[i][0] = add(d->push_by.c[i][0], mul(of(drive->torque, 0.0), p->apex[i]));
     }
 }
-/* Returns component i of coefficient n of theta'. */
+/* Returns component i of the n-th coefficient of theta'. */
 static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
                                int i, int n)
 {
@@ -204,7 +206,7 @@ static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_
     return add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
                LOCAL(cross)(&d->turn, &p->velocity, i, n));
 }
-/* Returns coefficient n of the derivative of the spin <U, a>. */
+/* Returns the n-th coefficient of the derivative of the spin <U, a>. */
 static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
                                  int n)
 {
@@ -216,7 +218,7 @@ static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(movin
     }
     return sum;
 }
-/* Adds the terms of friction to coefficient n + 1 of N. */
+/* Adds the friction terms to the (n + 1)-th coefficient of N. */
 static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -234,7 +236,7 @@ static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_devia
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
-/* Sets coefficient n + 1 of a deviation. */
+/* Sets the (n + 1)-th coefficients of a deviation. */
 static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -255,7 +257,7 @@ static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_dev
     }
     if (p->rubs) LOCAL(add_friction)(p, d, n);
 }
-/* Sets coefficient 0 of a deviation, and the terms that do not depend on it. */
+/* Sets the zeroth coefficients of a deviation, and the inhomogeneous terms. */
 static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                    const support_drive *drive, const kr_tangent *g,
                                    const double *high, int order)
@@ -270,7 +272,7 @@ static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_de
     LOCAL(set_drive)(p, d, drive, order);
     if (p->rubs) LOCAL(set_friction_drive)(p, d, drive);
 }
-/* Adds factor * (derivative of the spin) * a to -N at the end of the step. */
+/* Subtracts factor * (derivative of the spin) * a from N at the end of the step. */
 static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive, kr_tangent *g,
                         dd factor)
 {
@@ -284,7 +286,7 @@ static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive
         SET(g, end[5 + i], rest);
     }
 }
-/* Computes the coefficients of a deviation from coefficient 0. */
+/* Computes all coefficients of a deviation from the zeroth coefficients. */
 static void LOCAL(expand_deviation)(const LOCAL(moving_path) * p, const support_drive *drive,
                                     kr_tangent *g, int order)
 {

@@ -1,8 +1,9 @@
-/* Tops with dry friction, or on a support that turns or shakes (support.h): constants, and steps. A
- * step begins with the position of the support at its time. With friction, the spin of a top that
- * slides, and the torque that holds a top, are polynomials on the step. The step ends where the
- * spin or the torque reaches its limit. The time of the end is accurate up to rounding errors, in
- * double-double for more than 16 digits. */
+/* Tops with dry friction, or on a support that rotates or shakes (support.h): constants and steps.
+ * Each step starts from the exact position of the support at that time. Within a step, the spin of
+ * a sliding top, and the torque that holds a top, are polynomials in time. A step ends where the
+ * spin reaches zero or the torque reaches its limit. The time of this end is accurate up to
+ * rounding errors: those of double-double if there are more than 16 digits, else those of
+ * doubles. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -11,14 +12,13 @@
 #include "slow.h"
 #include "support_motion.h"
 
-/* A spin or a torque below this fraction of its unit counts as zero. */
+/* A spin or torque below this fraction of its unit is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* The interval in which a limit is reached is halved until its length is this fraction of the
- * step. */
+/* Bisection stops when the interval in which a limit is reached is this fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Larger friction would overflow. At this limit, friction already stops the top in a time too short
- * for doubles to resolve. */
+/* Larger values of the friction are reduced to this limit, to avoid overflow. Even at the limit,
+ * friction stops the top in a time too short for doubles to resolve. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -54,7 +54,7 @@ static vec_dd lever_of(const kr_motion *motion, dd acceleration)
                           dd_times(pull.com.z, weight)};
     return lever;
 }
-/* Returns the amplitude of the support's acceleration, in the user's units. */
+/* Returns the amplitude of the acceleration of the support, in the user's units. */
 static dd shaking_acceleration(const kr_scene *scene)
 {
     const kr_shaking *shaking = &scene->shaking;
@@ -104,7 +104,7 @@ static void put_words(kr_series s[2], double *high, dd a)
     *high = a.hi;
     *(double *)(void *)((char *)high + ((char *)&s[1] - (char *)&s[0])) = a.lo;
 }
-/* Sets the constants of friction. */
+/* Sets the constants of the series that describe the friction. */
 static void set_friction(kr_series s[2], const kr_motion *motion, double rate)
 {
     const vec_dd apex = apex_of(motion), eased = divide_by_axes(apex, motion->inertia);
@@ -134,7 +134,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
 }
 
-/* Returns an angle reduced to at most pi in size. */
+/* Returns an angle reduced to the interval from -pi to pi. */
 static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
@@ -143,7 +143,8 @@ static dd reduce_angle(dd angle)
         rest = dd_sub(rest, dd_times(rint(rest.hi / turn.hi), turn));
     return rest;
 }
-/* Writes the cosine and the sine of the shaking in doubles, at the time `since` after the start. */
+/* Writes the cosine and the sine of the phase of the shaking, at the time `since` after the initial
+ * time. The results have the accuracy of doubles. */
 static void find_phase(const kr_scene *scene, double since, dd *cosine, dd *sine)
 {
     const dd t = two_sum(scene->start.t, since), turned = two_product(scene->shaking.rate, t.hi),
@@ -173,7 +174,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
                  dd_add(dd_times(scene->shaking.rate, t), dd_of(scene->shaking.phase)));
     dd_sincos(angle, sine, cosine);
 }
-/* Sets the varying part of G, and its sine, at the end of the last step. */
+/* Sets the oscillating part of G, and the corresponding sine, at the end of the last step. */
 static void set_sway(kr_series s[2], const kr_motion *motion, double rate)
 {
     const dd sway = dd_make(s[0].sway_most, s[1].sway_most);
@@ -187,7 +188,7 @@ static quat_dd attitude_at_end(const kr_series s[2])
     const double *x = s[0].end_x, *low = s[1].end_x;
     return q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low[0], v3(low[1], low[2], low[3])));
 }
-/* Sets the angular velocity of the support, seen from the body, at the end of the last step. */
+/* Sets the angular velocity of the support, in the body frame, at the end of the last step. */
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
@@ -244,8 +245,8 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Sets the mode of a top without spin: held if friction can hold it, otherwise sliding. The top
- * slides in the direction of the torque or, backward in time, against it. */
+/* Decides whether a top without spin is held by friction or slides. A sliding top moves in the
+ * direction of the torque, or against it if time runs backward. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion)
 {
     const kr_series *s = p->series;
@@ -261,7 +262,7 @@ void kr_support_start(const kr_motion *motion)
     kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
     p->sliding = p->before_hold = 0.0;
-    /* The memory may still contain values of another top. */
+    /* The memory may still contain data of another top. */
     for (int i = 0; i < 2; i++) {
         memset(s[i].turn, 0, sizeof s->turn);
         memset(s[i].sway, 0, 2 * sizeof *s->sway);
@@ -281,9 +282,9 @@ void kr_support_start(const kr_motion *motion)
     decide_hold(p, motion);
 }
 
-/* Returns the first point in [low, high] at which a polynomial is negative, up to NARROW_PART.
- * Returns INFINITY if there is none. `b` holds the n + 1 coefficients in Bernstein's basis of the
- * interval, and is overwritten. */
+/* Returns the first point in [low, high] at which a polynomial becomes negative, with resolution
+ * NARROW_PART. Returns INFINITY if there is no such point. `b` holds the n + 1 coefficients in the
+ * Bernstein basis of the interval, and is overwritten. */
 static double first_negative(double *b, int n, double low, double high)
 {
     double left[KR_TAYLOR_MAX + 1], least = b[0];
@@ -297,8 +298,8 @@ static double first_negative(double *b, int n, double low, double high)
     const double middle = 0.5 * (low + high), first = first_negative(left, n, low, middle);
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
-/* Returns the fraction of the step at which constant + sign * (lane 0 of W) first becomes negative;
- * INFINITY if it does not. */
+/* Returns the fraction of the step at which constant + sign * (lane 0 of W) first becomes negative,
+ * or INFINITY if it does not. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
@@ -317,8 +318,8 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time since the start of the step at which lane 0 of W equals `value`, by Newton's
- * method from the time `near`. */
+/* Returns the time since the beginning of the step at which lane 0 of W equals `value`. Newton's
+ * method starts from the time `near`. */
 static dd refine_limit(const kr_series s[2], int order, double value, double near)
 {
     dd h = dd_of(near);
@@ -335,7 +336,7 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
     }
     return h;
 }
-/* Ends the step at the time `h` after its start. */
+/* Ends the step at the time `h` after the beginning of the step. */
 static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
@@ -347,7 +348,7 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Ends the step where friction stops the top, or can no longer hold it. */
+/* Ends the step where friction stops the top, or where friction can no longer hold the top. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel)
 {
     kr_series *s = p->series;
@@ -362,7 +363,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
         dd h = refine_limit(s, n, value, part * span);
-        /* The spin may have passed 0 by less than `noise` before the step. */
+        /* Before the step, the spin may already have passed 0 by less than `noise`. */
         if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
@@ -380,7 +381,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-/* Sets the mode of the step and its friction. */
+/* Sets whether the top slides or is held in the next step, and the friction. */
 static void set_mode(kr_taylor *p, const kr_motion *motion)
 {
     kr_series *s = p->series;
@@ -391,13 +392,14 @@ static void set_mode(kr_taylor *p, const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time. With tangents, the unit of time is never changed. */
+/* Sets the unit of time to 1 / rate, unless there are tangents, which require a constant unit. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, rate);
 }
-/* Chooses a shorter unit of time if W exceeds one because a shaken support has added energy. */
+/* Chooses a shorter unit of time if W exceeds one. W can exceed one if a shaken support has
+ * increased the energy. */
 static void keep_velocity_small(kr_taylor *p, const kr_motion *motion)
 {
     const double size = v_length(v_of(p->series->end_w + 1));
@@ -466,12 +468,12 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     const int rubs = motion->scene->friction > 0.0;
     double log2_tol = p->log2_tol;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
-    /* If friction does not hold the top, lane 0 of W must not shorten the steps. */
+    /* Unless friction holds the top, lane 0 of W must not affect the choice of the step size. */
     if (rubs && p->sliding == 0.0)
         set_rate(p, motion, p->held_rate);
     else if (rubs)
         set_rate(p, motion, fmax(p->rate, p->first_rate));
-    /* The slow manifold has no terms of friction. */
+    /* The equations of the slow manifold do not include friction. */
     if (!rubs && kr_slow_step(motion, kernel, &log2_tol)) return KR_OK;
     keep_velocity_small(p, motion);
     if (rubs) set_mode(p, motion);

@@ -4,21 +4,20 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Constants and values of the path in the units of the series: moments, damping, rotor, turning;
- * the rate of shaking, the parts of G and its lever; the attitude, and the cosine and sine of the
- * shaking. */
+/* Constants and values of the path, in the units of the series. Constants are the moments, the
+ * damping, the rotor, the turning, the rate of the shaking, the two parts of G, and the lever of G.
+ * Values are the attitude, and the cosine and sine of the phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
-    /* The apex, the friction, and the sign of the spin of a top that slides; `holds` is nonzero if
+    /* The apex, the friction, and the sign of the spin of a sliding top. `holds` is nonzero if
      * friction holds the top. */
     dd apex[3];
     double friction, sliding;
     int holds;
 } support_data;
-/* Derivatives with respect to the parameter of a deviation: B, F, y, b and k of
- * support_deviation.h, and those of the support's turning in space, of the apex, and of the
- * friction of a sliding top. */
+/* Derivatives with respect to the parameter of a deviation. The derivatives are B, F, y, b and k of
+ * support_deviation.h, and those of the support's angular velocity, the apex and the friction. */
 typedef struct support_drive {
     double moments[3][3], drags[3][3], turning[3], per_rate;
     dd rotor[3], pull[3], scale[4], apex[3];
@@ -95,8 +94,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Sets k: the acceleration, which multiplies the lever per acceleration b, or its derivative with
- * respect to a number of the shaking. */
+/* Sets k, the factor of b: the acceleration, or its derivative with respect to the amplitude, rate
+ * or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

@@ -1,18 +1,18 @@
-/* Tangents along the path of the method taylor: start, propagation over the steps of the path, and
- * values within a step. If the last terms of the tangents' series are too large at the end of a
- * step, the tangents are propagated in several parts. Each part has its own expansion of the path,
- * so the path itself never changes. */
+/* Tangents along a path of the method taylor: initial values, propagation over the steps of the
+ * path, and evaluation within a step. If the last terms of the tangents' series are too large at
+ * the end of a step, the step is divided into several parts. Each part re-expands the path, so the
+ * path itself never changes. */
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Limits on the number of parts of a step, and on the number of attempts to shorten a part. */
+/* Limits on the number of parts of a step and on the number of attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Limit of the last term of a deviation, relative to the size of the deviation, as a multiple of
- * the path's tolerance. On most paths all terms stay below this limit. */
+/* Upper limit of the last term of a deviation, relative to the magnitude of the deviation, in
+ * multiples of the tolerance of the path. For most paths, no term exceeds this limit. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Head of the memory: the series of the path for one part of a step, in one or two words. The
- * tangents follow it in memory. */
+/* The first part of the memory: the series of the path for one part of a step, in one or two words.
+ * The tangents follow. */
 typedef struct {
     kr_series path[2];
     double parts;            /* number of parts of the last step */
@@ -33,9 +33,9 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which precede the single deviations in memory. Results for a
- * deviation in a batch and for a single deviation are bitwise equal, so a small build has no
- * batches. Tops on moving supports have no batches, either. */
+/* Returns the number of batches, which precede the single deviations in memory. The results for a
+ * deviation in a batch and for a single deviation are bitwise equal, so a small build can omit
+ * batches. Tops on moving supports do not use batches either. */
 static size_t count_batches(double *memory, size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -46,20 +46,20 @@ static size_t count_batches(double *memory, size_t n)
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 #endif
 }
-/* Returns the number of single deviations. */
+/* Returns the number of deviations that do not belong to a batch. */
 static size_t count_single(double *memory, size_t n)
 {
     const size_t batched = KR_DEVIATION_BATCH * count_batches(memory, n);
     return n > batched ? n - batched : 0;
 }
-/* Returns the number of structs that hold n deviations. */
+/* Returns the number of structs needed to hold n deviations. */
 static size_t count_structs(double *memory, size_t n)
 {
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* Address of a deviation: its struct (from), and in a batch its lane and the distance between two
- * components in doubles (apart). The distance is 0 for a single deviation. */
+/* The address of a deviation: its struct (`from`), its lane in a batch, and the distance between
+ * two components in doubles (`apart`). The distance is 0 for a single deviation. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
@@ -78,12 +78,14 @@ static deviation_address address_of(const kr_motion *motion, double *memory, siz
         i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
     return in_batch;
 }
-/* Returns the address of component k of a deviation, given one of its arrays of eight numbers. */
+/* Returns the address of component k of a deviation within `numbers`, one of the arrays of eight
+ * numbers in its struct. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
 }
-/* Returns the last instruction set of the table, which every processor supports. */
+/* Returns the baseline instruction set, the last one in the table, which every processor
+ * supports. */
 static const kr_isa *base_isa(void)
 {
     int i = 0;
@@ -103,14 +105,14 @@ static size_t count_doubles(int digits, size_t n)
     return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Writes the high word of a number, and the low word if the motion has low words. */
+/* Writes the high word of a number, and also the low word if the motion has low words. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Returns a number. Zeros are made positive, because their sign would depend on the other
- * deviations of a batch. */
+/* Reads a number. Negative zeros are made positive, because the sign of a zero may depend on the
+ * other deviations of a batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
@@ -150,7 +152,7 @@ static vec_dd scale_exactly(double power, vec_dd a)
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
-/* Sets the constants of a struct from the motion. */
+/* Sets the constants of a tangent to those of the motion. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
@@ -169,7 +171,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
     g->gyrostat = v_largest(motion->rotor);
 }
-/* Writes the rows of a symmetric matrix with the elements xx, yy, zz, yz, zx, xy. */
+/* Writes the rows of a symmetric matrix, given its elements xx, yy, zz, yz, zx, xy. */
 static void put_rows(double rows[3][4], const double B[6])
 {
     v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
@@ -180,8 +182,8 @@ static double largest_element(const double B[6])
 {
     return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
 }
-/* Sets the derivatives of the lever, the moments and the damping with respect to the deviation's
- * parameter. */
+/* Sets the derivatives of the lever, the moments and the damping with respect to the parameter of a
+ * deviation. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
@@ -208,7 +210,7 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     g->changes = fmax(g->changes, fmax(largest_element(B), v_largest(vdd_high(seed->lever))));
     g->drag_changes = fmax(g->drag_changes, largest_element(F));
 }
-/* Returns the attitude at the end of the path's last step. */
+/* Returns the attitude at the end of the last step of the path. */
 static quat_dd path_attitude(const kr_motion *motion)
 {
     const kr_series *s = series_work(motion)->series;
@@ -216,7 +218,8 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
-/* Applies the jump of the deviations if the friction changes at the end of the path's last step. */
+/* If the friction changes discontinuously at the end of the last step of the path, applies the
+ * resulting jump of the deviations. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
@@ -233,7 +236,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
 }
-/* Starts n deviations at the end of the path's last step. */
+/* Starts n deviations at the end of the last step of the path. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
@@ -262,7 +265,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
-/* Returns the squared size of a deviation. */
+/* Returns the squared norm of a deviation. */
 static double square_of(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
@@ -272,9 +275,9 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Evaluates all deviations at the time `at` of the series that expands the path for this part.
- * Stores the values in the members `part_end`. Returns the largest last term relative to the size
- * of its deviation, or INFINITY if a deviation is not finite. */
+/* Evaluates all deviations at the time `at` of the path series for this part, and stores the values
+ * in the members `part_end`. Returns the largest ratio of the last term of a deviation to its norm,
+ * or INFINITY if a deviation is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -312,7 +315,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     if (count_single(memory, n) > 0)
         kernel->expand(path, rest_of_them, count_single(memory, n), order_of(motion));
 }
-/* Expands the path about the time `at` and restarts the tangents there. */
+/* Expands the path about the time `at`, and restarts the series of the tangents there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
@@ -333,8 +336,9 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->part_end, sizeof g->part_end);
     }
 }
-/* Shortens a part until the largest last term at its end is at most `most`. `worst` is the largest
- * last term at `to`. Returns the largest last term at the new end. */
+/* Shortens a part until the largest relative last term at the end is at most `most`. `worst` is the
+ * largest relative last term at the time `to`. Returns the largest relative last term at the new
+ * end. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
@@ -351,14 +355,15 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     }
     return worst;
 }
-/* Returns the largest allowed last term of a deviation, relative to the size of the deviation. */
+/* Returns the upper limit of the last term of a deviation, relative to the norm of the
+ * deviation. */
 static double largest_last_term(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
-/* Computes the series of a part that begins at the time of the tangents' expansion. The part ends
- * with the step, or earlier if the last terms are too large there. Returns the largest last term at
- * the end of the part. */
+/* Computes the series for a part that begins where the tangents are expanded. The part ends with
+ * the step, or earlier if the last terms are too large there. Returns the largest relative last
+ * term at the end of the part. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -371,8 +376,8 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
     c->until = c->path[0].at;
     return worst;
 }
-/* Computes the series of the first part of the last step. Returns the largest last term at the end
- * of the part. */
+/* Computes the series for the first part of the last step. Returns the largest relative last term
+ * at the end of the part. */
 static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
@@ -386,17 +391,17 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
     c->part = 1.0;
     return expand_part(motion, memory, n);
 }
-/* Computes the series of the part after the one in memory. Returns the largest last term at the end
- * of the part. */
+/* Computes the series for the next part, after the one in memory. Returns the largest relative last
+ * term at the end of the part. */
 static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
 {
     restart_series(motion, memory, n);
     tangent_work_of(memory)->part += 1.0;
     return expand_part(motion, memory, n);
 }
-/* Propagates all tangents over the path's last step. Returns the largest last term of all parts.
- * Returns INFINITY if the tangents exceed the range of doubles, or if no part can be made short
- * enough. */
+/* Propagates all tangents over the last step of the path. Returns the largest relative last term of
+ * all parts. Returns INFINITY if a tangent exceeds the range of doubles, or if a part cannot be
+ * made short enough. */
 static double propagate_over_parts(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -411,7 +416,7 @@ static double propagate_over_parts(const kr_motion *motion, double *memory, size
     }
     return INFINITY;
 }
-/* Propagates n deviations over the path's last step. On failure the deviations become NaN. */
+/* Propagates n deviations over the last step of the path. Sets the deviations to NaN on failure. */
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -431,9 +436,9 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Computes the series of the part of the last step that contains the time `to`, if it is not in
- * memory. Since times usually increase from one call to the next, each part is recomputed at most
- * once. */
+/* Computes the series for the part of the last step that contains the time `to`, unless it is
+ * already in memory. Since times usually increase from one call to the next, each part is usually
+ * recomputed at most once. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
@@ -442,8 +447,8 @@ static void find_part(const kr_motion *motion, double *memory, size_t n, double 
     while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
         expand_next_part(motion, memory, n);
 }
-/* Evaluates all tangents at the time `at` of the path, within its last step. Writes the values to
- * the members `at` of the tangents. */
+/* Evaluates all tangents at the time `at` of the path, which lies within the last step. Writes the
+ * values to the members `at` of the tangents. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -460,9 +465,9 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }
-/* Returns the change of the momentum in space, given by its components in the body. Up to 16 digits
- * the rotation is in doubles, as for the state. In double-double it would dominate the time of an
- * output. */
+/* Converts a change of the momentum from the body frame to space. For up to 16 digits, the rotation
+ * is computed in doubles, like that of the state. In double-double, the rotation would dominate the
+ * cost of an output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -1,24 +1,25 @@
 /* Tangents of the heavy top as Taylor series, in addition to the series of the path. Private to
- * taylor/. A deviation of the state, or its derivative with respect to a parameter, has two parts,
- * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
- * the change N of the angular momentum m:
+ * taylor/. A tangent is a deviation of the state, or a derivative of the state with respect to a
+ * parameter. It consists of two vectors in the body frame: a rotation vector theta, which changes
+ * the attitude q by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
- * in the notation of taylor.h, with B, b, F and y the derivatives of the moments A, of c, of the
- * damping D and of the rotor h with respect to the parameter. Moving supports add terms
- * (support_deviation.h). B and F are symmetric matrices. The equations are linear
- * in theta and N, hence 18 products of coefficients per term. The changes of the energy and of <m,
- * e3> are conserved up to the tolerance. */
+ *
+ * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
+ * to the parameter. Moving supports contribute further terms (support_deviation.h). B and F are
+ * symmetric matrices. The equations are linear in theta and N, and require 18 products of
+ * coefficients per term. The changes of the energy and of <m, e3> are conserved up to the
+ * tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Series of eight numbers about the time t. The series are valid on a step of the path, or on the
- * last part of the step if the tangents need shorter parts. The eight numbers of a single deviation
- * are (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
- * deviations: struct k holds component k of (theta, N) of each. The two layouts give bitwise equal
- * results. For 20 and 30 digits each struct is an array of two, high words and low words,
- * sizeof(kr_series) bytes apart. */
+/* Taylor series of eight numbers about the time t. The series are valid on a step of the path, or
+ * on one part of the step if the tangents need shorter parts. For a single deviation, the eight
+ * numbers are (0, theta | 0, N). Larger numbers of deviations form batches, in which six structs
+ * hold eight deviations. Struct k holds component k of (theta, N) for each deviation. The two
+ * layouts give bitwise equal results. For 20 and 30 digits, each struct is an array of two structs,
+ * with the high words and the low words, sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -38,8 +39,9 @@ typedef struct kr_tangent {
     double truncation;              /* largest relative size of a last term so far */
     double rotor_of[8];             /* (0, y); in a batch component k of each y, for k < 3 */
     double rotor_changes;           /* nonzero if y is not zero */
-    /* For support_deviation.h, of single deviations: the derivatives of the lever per acceleration,
-     * (0, b), and of the support's turning in space; a kr_timing, which selects k. */
+    /* For support_deviation.h, and only for single deviations: the derivatives of the lever per
+     * unit of acceleration, (0, b), and of the angular velocity of the support in space; a
+     * kr_timing, which selects k. */
     double pull[4], turning_of[4], timing;
     double apex_of[4], friction_of; /* the derivatives of the apex, (0, d), and of the friction */
     double unused[95];

@@ -3,28 +3,28 @@
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
  *     A W' = (AW + h) x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
  *                                          c: mass * gravity * com; D: damping; h: rotor
- * Every right side consists of products of two unknowns and of linear terms. The coefficients of
- * x = sum x_n t^n are therefore
+ * Every right-hand side consists of products of two unknowns and of linear terms. The coefficients
+ * of x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the other constants of kr_series
- * A rotor adds h x W_n, which consists of products of components, too. If a constant is added to
- * prev(W_0), the product of next(W_n) and prev(W_0) contains a term of the rotor. The same holds
- * for next(W_0) and the product of prev(W_n) and next(W_0). A rotor therefore costs nothing.
- * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
- * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
+ * A rotor contributes h x W_n. This term is included by adding constants to prev(W_0) and
+ * next(W_0), which are multiplied by next(W_n) and prev(W_n). A rotor therefore adds no cost.
+ * Without the heading (skip_heading of kr_config), only the equations for P and W are solved, with
+ * 9 products per term instead of 21. Integrals of the motion are conserved only up to the
+ * tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double. Doubles
- * suffice for the later terms, which are smaller. LAST is the last term of all. Products that are
- * summed in doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This factor
- * is the resolution of doubles, or a little more if the tolerance is lower than the digits require.
- * These values were measured by `taylor_kernel_study.py depth` in validation/studies, which also
- * compiles other numbers of terms. */
+/* Numbers of terms for 20 and for 30 digits. HEAD is the index of the last term in double-double.
+ * The later terms are smaller, so that doubles suffice. LAST is the index of the last term.
+ * Products that are summed in doubles may exceed the tolerance of a step by a factor of at most
+ * 2^LESS. This factor is the relative precision of doubles, or slightly more if the tolerance is
+ * lower than the digits require. These values were determined by `taylor_kernel_study.py depth` in
+ * validation/studies, which also compiles other numbers of terms. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -36,10 +36,10 @@
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
- * 64 bytes. In double-double a step is an array of two structs, high words and low words. A vector
- * of eight lanes holds (q | P). Computing P costs no time, because its lanes would otherwise be
- * idle. Right multiplication by i, j or k permutes the lanes of q and of the pure quaternion P in
- * the same way, up to signs. Without the heading the lanes of q are zero. */
+ * 64 bytes. In double-double, a step is an array of two structs, with the high words and the low
+ * words. A vector of eight lanes holds (q | P). Computing P adds no cost, because its lanes would
+ * otherwise be idle. Up to signs, right multiplication by i, j or k permutes the lanes of q and of
+ * the pure quaternion P in the same way. Without the heading, the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
@@ -47,20 +47,22 @@ typedef struct kr_series {
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
     double drag[4];              /* -Dx / Ax; and cyclic permutations */
-    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and
-     * hy / (Ay - Az); and cyclic permutations. Without a rotor they are -0, for x + -0 is x. */
+    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and hy /
+     * (Ay - Az); and cyclic permutations. Without a rotor, they are -0, because x + -0 equals x for
+     * every x. */
     double shift[8];
     double t, end, at;
     double linear; /* linear terms in W: 0 none; 1 drag; 2 drag and those of support.h */
     double fall;   /* shortest time in which a falling top's deviation can grow by a factor e */
-    /* Terms of support.h at the start of the step. `turn` is O. `sway` has the varying part of G,
-     * its sine, its rate, and the constant part of G. `rub` is the angular acceleration due to
-     * friction. */
+    /* Terms of support.h at the beginning of the step. `turn` is O. `sway` consists of the
+     * oscillating part of G, the corresponding sine, the rate, and the constant part of G. `rub` is
+     * the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
-    /* The apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction). */
+    /* The apex a, the vector (a / A) / <a / A, a>, and the number 1 / (<a / A, a> friction). */
     double apex[4], yield[4], per_grip;
     double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
-    /* Nonzero if the support turns, or shakes; if the top slides, or is held by friction. */
+    /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the
+     * top, respectively. */
     double turns, shakes, slides, holds;
     double unused[5];
 } kr_series;
@@ -73,28 +75,28 @@ typedef struct kr_taylor {
     double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
     double has_tangents; /* nonzero if there are tangents; the slow manifold is then not used */
     /* With dry friction: the sign of the spin, or 0 while friction holds the top; and the sign of
-     * the spin before that, 0 if the top was held from the start. */
+     * the spin before friction held the top, or 0 if it was held initially. */
     double sliding, before_hold;
     double held_rate; /* `rate` while large friction, which then does not count, holds the top */
     double unused[1];
 } kr_taylor;
 
-/* The functions of one order on one instruction set. */
+/* The functions for one order and one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Makes the next step. It begins at the end of the last step and is as long as the tolerance
-     * allows. `direction` is 1 forward and -1 backward in time. */
+    /* Computes the next step, which begins at the end of the last step and is as long as the
+     * tolerance permits. `direction` is 1 forward and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
     /* Evaluates the series at the time `at` within the step, and writes at_x and at_w. */
     void (*evaluate)(kr_series *s);
 } kr_kernel;
 
-/* The functions that propagate tangents (tangents.h) on one instruction set. */
+/* The functions that propagate tangents (tangents.h), for one instruction set. */
 struct kr_tangent;
 typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
                                 int order);
 typedef struct kr_tangents_kernel {
-    /* Compute all coefficients of n tangents, or of n batches, from coefficient 0. */
+    /* Compute all coefficients of n tangents, or of n batches, from the zeroth coefficients. */
     kr_tangents_expand *expand, *expand_batches;
     /* Evaluates the eight series of one struct at the time `to`. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
@@ -108,7 +110,8 @@ typedef struct kr_tail {
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-/* KR_TAYLOR_ISA declares what kernel.c and kernel_dd.c export for an instruction set. */
+/* KR_TAYLOR_ISA declares the objects that kernel.c and kernel_dd.c export for an instruction
+ * set. */
 #define KR_TAYLOR_ISA(isa)                                                                         \
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
@@ -120,9 +123,9 @@ KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
-/* An instruction set that was compiled in. `plain` has KR_ORDERS kernels with the heading, and
- * `headless` as many without. `deep` has KR_DEPTHS kernels, for 20 and 30 digits. `product` serves
- * kr_step_polynomial. */
+/* An instruction set that is included in the build. `plain` has KR_ORDERS kernels with the heading,
+ * and `headless` has the same number without. `deep` has KR_DEPTHS kernels, for 20 and 30 digits.
+ * `product` is used in kr_step_polynomial. */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -132,14 +135,15 @@ typedef struct kr_isa {
 } kr_isa;
 
 extern const kr_tangent_ops kr_taylor_tangents;
-/* Sets all constants of a series for the unit of time 1 / rate. */
+/* Sets all constants of a series, with 1 / rate as the unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
-/* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
- * last. */
+/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
+ * widest comes first. */
 const kr_isa *kr_taylor_isa(int i);
-/* Returns the instruction set of a motion's kernel, or NULL if no table contains the kernel. */
+/* Returns the instruction set of the kernel of a motion, or NULL if no table contains the
+ * kernel. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
 /* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);

@@ -1,10 +1,10 @@
-/* Points for the viewer's picture of a top (see mesh.h). */
+/* Points that the viewer draws for a top (see mesh.h). */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Writes the cuboid of the given mass with the inertia and the product mass * com of the body.
- * Returns the volume of the cuboid, or 0 if there is no such cuboid. */
+/* Writes the cuboid of mass `mass` that has the same inertia and the same product mass * com as the
+ * body. Returns the volume of the cuboid, or 0 if there is no such cuboid. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -28,11 +28,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes a cuboid whose mass can be chosen freely: one of density 1 if possible, otherwise the
- * largest one. The largest cuboid is found by ternary search, which works because the logarithm of
- * the volume is concave in 1 / mass. The density increases with the mass. The margin 1.001 is
- * needed because the cuboid of the thesis (Bodack 2008) has density 1 and is also the largest
- * cuboid. */
+/* Writes a cuboid of suitable mass: one with density 1 if possible, otherwise the largest one. The
+ * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
+ * mass. The density increases with the mass. The factor 1.001 is a margin, because the cuboid of
+ * the thesis (Bodack 2008) has density 1 and is also the largest one. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -84,7 +83,7 @@ static kr_vec3 apex_in_body(const kr_body *body)
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
     return kr_state_apex(&scene, &scene.start);
 }
-/* Stores a vector as floats. */
+/* Stores a vector as three floats. */
 static void put_point(float point[3], kr_vec3 v)
 {
     point[0] = (float)v.x;
@@ -114,10 +113,10 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
     return n;
 }
 
-/* Writes the half axes of the rod's cross section, along the two principal axes farther from the
- * apex. The stiffness against bending in a direction is proportional to the square of the thickness
- * in that direction. With `power` = 0.5 the stiffness is therefore proportional to the body's
- * moment of inertia about the other axis. */
+/* Writes the semi-axes of the cross section of the rod, along the two principal axes farther from
+ * the apex. The bending stiffness in a direction is proportional to the square of the thickness in
+ * that direction. With `power` 0.5, the stiffness is therefore proportional to the moment of
+ * inertia about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

@@ -1,4 +1,4 @@
-/* The viewer's simulation (see simulation.h). */
+/* The simulation that the viewer shows (see simulation.h). */
 #include <math.h>
 #include "simulation.h"
 
@@ -37,8 +37,8 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measures of top i: all measures if `all` is nonzero, otherwise integrals and errors
- * only. */
+/* Writes the measures of top i: all measures if `all` is nonzero, otherwise only integrals and
+ * errors. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -60,8 +60,8 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 {
     measure_top(simulation, i, 1, measure);
 }
-/* Chooses the quantities to be measured: those that are not NaN at the start. (An integral that
- * exists only for another kind of body is NaN.) */
+/* Chooses the quantities to be measured: those that are not NaN initially. (An integral is NaN if
+ * it exists only for another kind of body.) */
 static void choose_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
@@ -72,7 +72,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Widens the extremes of top i in `row` to include `low` and `high`; NaN is ignored. */
+/* Updates the minima and maxima of top i in `row` with `low` and `high`, ignoring NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -80,7 +80,7 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-/* Sets the row after the last one to NaN. */
+/* Initializes the row after the last one with NaN. */
 static void begin_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
@@ -88,8 +88,8 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Merges each pair of rows into one, to halve the record. Also moves the row after the last one,
- * which holds the extremes since the last row. */
+/* Halves the record by merging pairs of rows. Also moves the row after the last one, which holds
+ * the extrema since the last row. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -101,14 +101,14 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is one of `times` equidistant times between two rows. */
+/* Returns 1 if the current time is one of the `times` equidistant sample times between two rows. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops if the current time is the time of a sample. Adds a row to the record if the
- * current time is the time of a row. */
+/* Measures all tops if the current time is a sample time. Adds a row to the record if the current
+ * time is the time of a row. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -137,8 +137,8 @@ static void store_state(kr_simulation_slot *a)
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the slot after the last one for a new top. Returns KR_OK, or the status that explains
- * why the top cannot be added. */
+/* Prepares the next free slot for a new top. Returns KR_OK, or a status that explains why the top
+ * cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {
@@ -181,7 +181,7 @@ static void add_prepared_top(kr_simulation *simulation)
     begin_row(simulation);
     record_measures(simulation);
 }
-/* Poll callback: returns nonzero when the budget of steps is used up. */
+/* Poll callback: returns nonzero when the step budget is exhausted. */
 static int poll_budget(void *context)
 {
     kr_simulation *simulation = context;
@@ -220,7 +220,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* Ends the motion of the top at the state `before`, if its present state is below the floor. */
+/* Ends the motion of a top at the state `before` if the current state is below the floor. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,
@@ -230,7 +230,8 @@ static void check_floor(kr_simulation_slot *a, const kr_state *before)
     a->stood = time_of(a->steps * a->step) + time_of(a->step) * (high - a->lowest) / (high - low);
     a->now = *before;
 }
-/* Makes one step of a top. Returns 0 if the budget was used up before the end of the step. */
+/* Advances a top by one step. Returns 0 if the step budget was exhausted before the end of the
+ * step. */
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
@@ -253,8 +254,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Returns the time in ticks at which the next step ends, and writes the top that makes this step to
- * `next`. Returns INT64_MAX if no top can continue. */
+/* Returns the time, in ticks, at which the next step ends, and writes the slot of the top that is
+ * to be advanced to `next`. Returns INT64_MAX if no top can continue. */
 static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;

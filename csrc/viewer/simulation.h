@@ -1,15 +1,15 @@
 /* A simulation: several tops with a common time, and a record of their measures. Time is counted in
- * integer ticks, so that multiples of different steps can be equal exactly. The states of a top are
- * computed at multiples of its own step. Tops are compared only at common multiples of their steps;
- * otherwise the difference between their times would appear as an error. Results do not depend on
- * how the time is divided into calls. The size of the memory is fixed. */
+ * integer ticks, so that multiples of different steps can be exactly equal. The states of each top
+ * are computed at multiples of its own step. Tops are compared only at common multiples of their
+ * steps; otherwise, the difference between the times would appear as an error. Results do not
+ * depend on how the time is divided into calls. The amount of memory is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
-/* The measures of a top: the scalar quantities that do not change with the heading, in the order of
- * the table of quantities; the attitude error [rad] relative to a reference; and the modified
- * energy that bobenko_suris conserves. */
+/* The measures of a top. The first are the scalar quantities that do not depend on the heading, in
+ * the order of the table of quantities. The last two are the attitude error [rad] relative to a
+ * reference, and the modified energy that bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -21,25 +21,24 @@ enum {
 };
 enum {
     KR_SIMULATION_TOPS = 8,
-    /* Number of attitudes kept for each top, one for each step. */
+    /* Number of attitudes stored for each top, one for each step. */
     KR_SIMULATION_TRACE = 4096,
-    /* Largest number of rows of the record. When the record is full, every second row is
-     * removed. */
+    /* Maximum number of rows of the record. When the record is full, pairs of rows are merged. */
     KR_SIMULATION_ROWS = 1024,
-    /* Number of measurements of integrals and errors between two rows of the record. It is smaller
-     * if all tops have fewer times in common. */
+    /* Number of measurements of integrals and errors between two rows of the record. The number is
+     * smaller if the tops have fewer times in common. */
     KR_SIMULATION_SAMPLES = 64,
-    /* Number of measurements of all other quantities between two rows. They take longer to
-     * compute. */
+    /* Number of measurements of all other quantities, which are more expensive, between two
+     * rows. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Special values of `reference`: the top has no reference, or the top is itself a reference. A
-     * reference is advanced only while another top can continue. */
+     * reference is advanced only as long as another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* In a call for n steps of the simulation, the methods make at most KR_SIMULATION_BUDGET +
-     * KR_SIMULATION_BUDGET_PER_STEP * n steps. A call for few steps therefore returns within
-     * milliseconds, even if a top turns very fast. */
+    /* The step budget: in a call for n steps of the simulation, the methods perform at most
+     * KR_SIMULATION_BUDGET + KR_SIMULATION_BUDGET_PER_STEP * n steps. A call for a few steps
+     * therefore returns within milliseconds, even if a top rotates very fast. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
@@ -61,7 +60,7 @@ typedef struct kr_simulation_slot {
     double stood;            /* time at which the rim meets the floor */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    /* Attitude and momentum after step k are at index k % KR_SIMULATION_TRACE. */
+    /* The attitude and momentum after step k are at index k % KR_SIMULATION_TRACE. */
     kr_quat attitudes[KR_SIMULATION_TRACE];
     kr_vec3 momenta[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
@@ -69,7 +68,7 @@ typedef struct kr_simulation_slot {
 typedef struct kr_record_row {
     double time;
     double at[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES]; /* NaN: not available */
-    /* Extremes of the measures since the previous row. */
+    /* Minima and maxima of the measures since the previous row. */
     double low[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES],
         high[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES];
 } kr_record_row;
@@ -80,40 +79,41 @@ typedef struct kr_simulation {
     int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
     int64_t stride; /* ticks between two rows of the record */
     int64_t rows;   /* number of rows */
-    /* The row after the last one holds the extremes since the last one. */
+    /* The row after the last one holds the extrema since the last row. */
     kr_record_row record[KR_SIMULATION_ROWS + 1];
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
     int64_t budget, cost; /* remaining steps in this call; steps between two calls of poll */
     int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
-/* Returns the quantity of measure k; NULL for the last two measures, which are not quantities. */
+/* Returns the quantity of measure k, or NULL for the last two measures, which are not
+ * quantities. */
 const kr_quantity *kr_simulation_quantity(int k);
 
-/* Removes all tops. A zero-initialized simulation is empty. The address of a simulation must not
- * change while it has tops. */
+/* Removes all tops. A zero-initialized simulation is empty. A simulation must not be moved in
+ * memory while it contains tops. */
 void kr_simulation_clear(kr_simulation *simulation);
-/* Adds a top at its start and clears the record. An adaptive method without dense output is
- * restarted after each step of the simulation, as in the thesis (Bodack 2008). Without the restarts
- * the states would not depend on `step`. */
+/* Adds a top in its initial state, and clears the record. An adaptive method without dense output
+ * is restarted after each step of the simulation, as in the thesis (Bodack 2008). Without the
+ * restarts, the states would not depend on `step`. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
-/* Adds a top with given states, one for each step, beginning with the start. The array `track` must
- * outlive the simulation. */
+/* Adds a top with given states, one for each step, beginning with the initial state. The array
+ * `track` must outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Ends the motion of the last top where its apex falls below the height `lowest`, the cosine of the
- * nutation at which the rim touches the floor. The top then remains in its last state above this
- * height. The time `stood` is interpolated within the step that follows. Without this call, no
- * floor is considered. */
+/* Sets a floor for the last top. The motion ends where the height of the apex falls below `lowest`,
+ * the cosine of the nutation at which the rim touches the floor. The top then remains in the last
+ * state above this height. The time `stood` is interpolated within the following step. Without this
+ * call, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
-/* Advances each top to the end of its last step that ends at or before `target`, with at most
- * `most` steps in total. Returns the time reached. If the budget is used up inside a step of a fast
- * top, sets `is_late`; the next call continues this step. */
+/* Advances each top to the end of its last step that ends at or before `target`. Performs at most
+ * `most` steps in total. Returns the time reached. If the step budget is exhausted within a step of
+ * a fast top, sets `is_late`; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measures of top i. All values of a failed top are NaN. The error is NaN if
- * there is no reference, or if the reference is at another time. */
+ * there is no reference, or if the reference is at a different time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);
 #endif
