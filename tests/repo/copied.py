@@ -51,7 +51,8 @@ class House:
         paths = [f"-Dpybind11_DIR={cmake}", f"-DPython_EXECUTABLE={sys.executable}"]
         build = self.folder / "build"
         run("cmake", "-S", self.folder, "-B", build, *options, *paths)
-        run("cmake", "--build", build, "--target", "_core", "--parallel", os.cpu_count())
+        command = ("cmake", "--build", build, "--target", "_core", "--parallel", os.cpu_count())
+        run(*command, CCACHE_BASEDIR=str(self.folder))
         (extension,) = build.glob("_core*.so")
         shutil.copy(extension, self.folder / "python/kreisel")
 
