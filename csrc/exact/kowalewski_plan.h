@@ -5,9 +5,6 @@
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_dual.h"
 
-/* Dual sums are tried if the error of the sums exceeds this limit. */
-#define CANCELLED 2e-14
-
 /* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
  * e3>. */
 typedef struct kowalewski_top {
@@ -376,6 +373,7 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
 {
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
+    o->settled = SETTLED;
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
@@ -398,37 +396,26 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Computes the sums. If they have lost digits to cancellation and the dual sums are more accurate,
- * uses the dual sums instead. */
-static kr_kowalewski_refusal make_best_sums(kowalewski_work *w, const dd state[6],
-                                            kr_theta_sums *plan, dd *heading)
+/* Returns the ratio of the smallest to the largest D at the samples. If it is small, the terms of
+ * ordinary sums cancel. */
+static double least_size(const theta_work *t)
 {
-    const kr_kowalewski_refusal refusal = make_sums(w, state, plan, heading);
-    const double error = refusal == KR_KOWALEWSKI_PLANNED ? error_of_sums(w) : INFINITY;
-    if (error < CANCELLED) return KR_KOWALEWSKI_PLANNED;
-    if (make_dual_sums(w, state, plan, heading) && error_of_sums(w) < error)
-        return KR_KOWALEWSKI_PLANNED;
-    return refusal == KR_KOWALEWSKI_PLANNED ? make_sums(w, state, plan, heading) : refusal;
+    double least = INFINITY, most = 0.0;
+    for (int i = 0; i < SAMPLES; i++) {
+        least = fmin(least, t->sample[i].size);
+        most = fmax(most, t->sample[i].size);
+    }
+    return least / most;
 }
-/* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
- * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
-static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
-                                       kr_theta_sums *plan)
+/* Sets the rates and phases of a plan whose sums are complete, beginning at time 0. The caller sets
+ * the phase of e. */
+static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
-    dd heading;
-    kr_kowalewski_refusal refusal = analyse_curve(top, w);
-    if (refusal == KR_KOWALEWSKI_PLANNED) refusal = make_best_sums(w, top->state, plan, &heading);
-    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
     for (int i = 0; i < 3; i++) {
         plan->torus.turn[i] = phase_of(rate[i]);
         phase_start(&plan->torus.turn[i],
                     i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
-    /* Between the samples, the error of dual sums is up to six times as large. The last number is
-     * the error of the frequencies after 1000 radians. It matters only near separatrices, where a
-     * rounding error of the start changes the motion far more. */
-    plan->head.certificate = fmax((plan->dual ? 6.0 : 1.0) * error_of_sums(w), 1e3 * w->separatrix);
-    return KR_KOWALEWSKI_PLANNED;
 }
 #endif

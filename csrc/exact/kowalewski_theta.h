@@ -110,9 +110,9 @@ static double sign_of_term(int kind, int sum, int k1, int k2)
 static int is_imaginary(int sum, int k2) { return sum != SUM_Q && odd(k2); }
 
 /* Returns exp(-x) for x >= 0. */
-static double decay(double x)
+static double decay(dd x)
 {
-    const exponential e = exponential_of(dd_of(-x));
+    const exponential e = exponential_of(dd_neg(x));
     return e.plus * (e.even + e.odd);
 }
 /* Lists the terms of two sums that are larger than e^-40 times the largest possible term. Returns 0
@@ -131,11 +131,14 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
                      left = cut - 0.5 * det / m->b22 * x * x,
                      half = sqrt(fmax(2.0 * left / m->b22, 0.0));
         if (!(half + fabs(middle) < 0.5 * WIDE_MOST)) return 0;
+        const dd exact = dd_sub(dd_of(0.5 * k1), dd_of(x0)), slope = dd_times(m->b12, exact),
+                 base = dd_times(0.5 * m->b11, dd_square(exact));
         for (int k2 = (int)ceil(2.0 * (middle - half)); k2 <= 2.0 * (middle + half); k2++) {
-            const double y = 0.5 * k2 - y0;
+            const dd y = dd_sub(dd_of(0.5 * k2), dd_of(y0));
             const int index = class_of(kind, k1, k2);
             if (!has_class(kind, sum[0], index) && !has_class(kind, sum[1], index)) continue;
-            const double size = decay(0.5 * (m->b11 * x * x + m->b22 * y * y) + m->b12 * x * y);
+            const double size =
+                decay(dd_add(base, dd_mul(y, dd_add(dd_times(0.5 * m->b22, y), slope))));
             if (out->count == TERMS) return 0;
             sum_term *term = &out->term[out->count++];
             term->k1 = (short)k1;
