@@ -374,7 +374,8 @@ typedef struct kr_config {
      * the first step. A negative step goes backward in time. Grid points beyond 2^50 steps from t =
      * 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: the default. */
+    /* Tolerance, below 1, of the local error (adaptive), the residual (implicit), or the certificate
+     * of a closed form that has one, but at most the bound of its plan; 0: the default. */
     double tol;
     /* Largest number of steps; 0: no limit. An adaptive method without dense output reaches a time
      * inside a step by side steps. The number of side steps is limited by max_steps and by 1024. */
@@ -394,8 +395,7 @@ typedef struct kr_config {
      * which select the derivatives. There is none by friction = 0, nor by com = 0 with friction. */
     uint64_t tangents;
 } kr_config;
-/* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a
- * step. */
+/* Returns the default config: zeros, no callback. Only fixed-step methods need more, a step. */
 KR_API kr_config kr_config_default(void);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;

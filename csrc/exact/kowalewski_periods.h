@@ -24,7 +24,10 @@ enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u *
  * cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. `settled` is
  * SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
-    cx A, C, E, across, a[OTHERS], b[OTHERS], near[OTHERS], near_d;
+    cx A, C, E, across, a[OTHERS], b[OTHERS];
+    cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
+    cx near_root[OTHERS], near_d_root; /* square roots of the reference points */
+    cx scale;                          /* a constant factor of dt/dx */
     int count, infinite;
     double settled;
 } kowalewski_path;
@@ -53,15 +56,18 @@ static cx nearest_on_segment(cx a, cx b)
                  at = size > 0.0 ? -(from.re * way.re + from.im * way.im) / size : 0.0;
     return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
-/* Computes the reference points for the signs of the square roots along a path, from its start to
+/* Computes the constants that integrals over a path use. The path is followed from its start to
  * sin^2(x/2) = `end`. Branch points on the rest of the path do not affect the integral. */
 static void finish_path(kowalewski_path *p, double end)
 {
     for (int i = 0; i < p->count; i++) {
         const cx to = cx_add(cx_scale(end, p->a[i]), cx_scale(1.0 - end, p->b[i]));
         p->near[i] = nearest_on_segment(to, p->b[i]);
+        p->near_root[i] = cx_sqrt(p->near[i]);
     }
     p->near_d = nearest_on_segment(p->C, p->E);
+    p->near_d_root = cx_sqrt(p->near_d);
+    p->scale = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
 }
 /* Returns the path from root i to root j with the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
@@ -78,7 +84,10 @@ static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx 
     finish_path(&p, 1.0);
     return p;
 }
-static cx tracked_root(cx z, cx near) { return cx_mul(cx_sqrt(cx_div(z, near)), cx_sqrt(near)); }
+static cx tracked_root(cx z, cx near, cx near_root)
+{
+    return cx_mul(cx_sqrt(cx_div(z, near)), near_root);
+}
 /* Writes dt/dx and (w - base) dt/dx, where base is the start of the path. Returns D. */
 static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
 {
@@ -86,11 +95,10 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     cx under = cx_of(1.0, 0.0);
     for (int i = 0; i < p->count; i++) {
         const cx N = cx_add(cx_scale(s, p->a[i]), cx_scale(c, p->b[i]));
-        under = cx_mul(under, tracked_root(N, p->near[i]));
+        under = cx_mul(under, tracked_root(N, p->near[i], p->near_root[i]));
     }
-    cx over = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
-    over = cx_mul(over, p->infinite ? D : tracked_root(D, p->near_d));
-    out[0] = cx_div(over, under);
+    const cx over = p->infinite ? D : tracked_root(D, p->near_d, p->near_d_root);
+    out[0] = cx_div(cx_mul(p->scale, over), under);
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }

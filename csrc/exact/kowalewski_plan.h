@@ -223,7 +223,7 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
         if (which == 0 || sum == SUM_R) {
             if (!list_terms(&t->matrix, t->kind, two, none, &t->terms)) return 0;
             widen(plan, t->terms.wide);
-            fill_columns(t, two);
+            fill_columns(t, two, ALL_SAMPLES);
         }
         find_velocity(t, two, which);
         if (!append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms)) return 0;
@@ -303,7 +303,7 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     t->misfit = 0.0;
     for (int sum = SUM_P; sum < SUMS; sum++) {
         const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
-        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two);
+        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two, ALL_SAMPLES);
         find_velocity(t, two, which);
         if (!append_dual_rows(plan, t, d, sum, &rows, &terms)) return 0;
     }
@@ -337,17 +337,21 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     cx sum[2], slope[2];
     int best = 0;
     if (!list_dual_terms(&t->matrix, d)) return 0;
-    for (int i = 0; i < SUMS; i++) make_basis(t->kind, i, &d->basis[i]);
-    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
-    for (int i = 0; i < 4; i++) {
-        find_beta(&t->matrix, i, beta);
-        const double ratio = find_dual_spinor(t, d, beta);
-        if (ratio < least) least = ratio, best = i;
-        if (ratio < 1e-12) break;
+    for (int i = 0; i < SUMS; i++) {
+        make_basis(t->kind, i, &d->basis[i]);
+        find_factors(t->kind, i, &d->basis[i]);
     }
-    if (!(least < 1e-8)) return 0;
-    find_beta(&t->matrix, best, beta);
-    t->certificate = find_dual_spinor(t, d, beta);
+    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
+    for (int i = 0; i < 8 && !(least < 1e-12); i++) {
+        find_beta(&t->matrix, i % 4, beta);
+        t->certificate = find_dual_spinor(t, d, beta, i >= 4);
+        if (t->certificate < least) least = t->certificate, best = i % 4;
+    }
+    if (!(least < SATISFIED)) return 0;
+    if (least < t->certificate) {
+        find_beta(&t->matrix, best, beta);
+        t->certificate = find_dual_spinor(t, d, beta, 1);
+    }
     sum_dual_start(w, beta, sum, slope);
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
