@@ -35,8 +35,8 @@ class _TorusForm(NamedTuple):
 
 
 _FORMS: Final = {
-    "kowalewski": _TorusForm(ratio=2.0, set_up=2e3, state=0.5),
-    "goryachev_chaplygin": _TorusForm(ratio=4.0, set_up=6e4, state=20.0),
+    "kowalewski": _TorusForm(ratio=2.0, set_up=1e3, state=0.5),
+    "goryachev_chaplygin": _TorusForm(ratio=4.0, set_up=3e4, state=20.0),
 }
 
 
