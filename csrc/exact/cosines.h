@@ -45,8 +45,8 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
         /* The cosines of two angles with the sum pi differ at most in sign. The loop ends at pi/2,
          * an angle that has no such partner. */
         for (int i = 1, at = k; i <= n / 2; i++) {
-            const double pair = 2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi
-                                          : v[i * stride].hi;
+            const double pair =
+                2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
             sum += pair * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
             at += k;
             if (at >= 2 * n) at -= 2 * n;

@@ -18,6 +18,7 @@ import argparse
 import ctypes
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import kreisel as kr
@@ -111,7 +112,7 @@ def compare_with_heyoka(kind: str, tops: int, seed: int) -> None:
         lever = tuple(body.mass * scene.gravity * x for x in body.com)
         problem = Problem(kind, body.inertia, lever, scene.attitude, scene.momentum)
         peer = HeyokaRun(problem, end[0], Setting(tol=EPS))
-        auto, part = timing.best_times((lambda: kr.solve(scene, late), peer.solve), ROUNDS)
+        auto, part = timing.best_times((partial(kr.solve, scene, late), peer.solve), ROUNDS)
         truth = kr.solve(scene, end, digits=30).q[0]
         states = kr.solve(scene, end, "exact").q[0], peer.solve()
         exact, other = (float(kr.attitude_error(q, truth)) for q in states)
