@@ -374,8 +374,8 @@ typedef struct kr_config {
      * the first step. A negative step goes backward in time. Grid points beyond 2^50 steps from t =
      * 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Tolerance, below 1, of the local error (adaptive), the residual (implicit), or the certificate
-     * of a closed form that has one, but at most the bound of its plan; 0: the default. */
+    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit), or the largest
+     * certificate of a closed form, unless its bound is smaller; 0: the default. */
     double tol;
     /* Largest number of steps; 0: no limit. An adaptive method without dense output reaches a time
      * inside a step by side steps. The number of side steps is limited by max_steps and by 1024. */

@@ -92,8 +92,8 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
     }
     return miss;
 }
-/* Computes the sums of a plan, or the dual sums if `dual` is nonzero, and the plan's certificate. The
- * curve is already analysed. Writes the error of the plan without that of the frequencies, or
+/* Computes the sums of a plan, or the dual sums if `dual` is nonzero, and the plan's certificate.
+ * The curve is already analysed. Writes the error of the plan without that of the frequencies, or
  * INFINITY if the plan is refused. Returns KR_KOWALEWSKI_PLANNED or the reason of the refusal. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)

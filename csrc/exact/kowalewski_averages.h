@@ -156,9 +156,9 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const 
         v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
     for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
 }
-/* Converts the sine series of both integrals to the contributions of arc j to theta1 - x1 and theta2
- * - x2, where x1 and x2 are the variables of the arcs. Without the base, the terms with p and q
- * nearly cancel if w varies little. */
+/* Converts the sine series of both integrals to the contributions of arc j to theta1 - x1 and
+ * theta2 - x2, where x1 and x2 are the variables of the arcs. Without the base, the terms with p
+ * and q nearly cancel if w varies little. */
 static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
 {
     const dd base = o->root[arc[j].high];

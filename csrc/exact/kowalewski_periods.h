@@ -277,8 +277,8 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path in the plane of w that begins at a root and has the direction and length
- * of `way`. */
+/* Returns the straight path in the plane of w that begins at a root and has the direction and
+ * length of `way`. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
     kowalewski_path p = {
