@@ -372,7 +372,8 @@ typedef struct kr_config {
      * choose. If negative, time runs backward. Grid points more than 2^50 steps from t = 0 are
      * refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: default. */
+    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit), or the largest
+     * certificate of a closed form, unless its bound is smaller; 0: the default. */
     double tol;
     /* Maximum number of steps; 0: no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */

@@ -8,6 +8,7 @@
 #include "paths.hpp"
 #include "tangents.hpp"
 #include "times.hpp"
+#include "tops.hpp"
 #include "watch.hpp"
 
 // Options of a run.
@@ -294,21 +295,10 @@ class request
     path_maker paths;
     scene_maker scenes;
     py::object closed; // for 'auto': the request of the closed form, else None
-    py::object decide; // None, or a function that prefers the closed form of a top on a torus
+    // None, or a function that returns the largest certificate with which 'auto' uses the closed
+    // form of a top on a torus, or 0.
+    py::object decide;
 
-    // Returns the request that 'auto' means for a scene, and itself without 'auto'.
-    const request &chosen(const py::handle &scene, const kr_scene &block, const py::handle &t) const
-    {
-        if (closed.is_none()) return *this;
-        const kr_kind kind = kr_body_kind(&block.body, KR_KIND_RTOL);
-        const auto &other = instance_of<request>(closed.ptr());
-        if (block.gravity != 0.0 &&
-            (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN)) {
-            const bool prefers = !decide.is_none() && t && decide(scene, t).cast<bool>();
-            return prefers ? other : *this;
-        }
-        return kr_method_suits(other.how.method, &block) ? other : *this;
-    }
     // Returns a time up to which Python certainly refuses no time of the scene.
     static double certain_horizon(const kr_scene &scene) { return 0.5 * kr_scene_horizon(&scene); }
     // Reads a momentum and, unless it is None, an attitude. Returns false if they are not numbers.
@@ -330,8 +320,10 @@ class request
         set(owner, paths.name.t, py::float_(moving.time()));
         set(owner, paths.name.is_fresh, py::bool_(false));
     }
+    // Returns the path of a scene, as `solve` does. Returns a null object if the method refuses the
+    // scene with the tolerance `tol`.
     py::object record(const py::handle &scene, const kr_scene &block, const py::handle &t,
-                      const py::object &progress) const
+                      const py::object &progress, double tol) const
     {
         given_times times;
         if (!times.take(t)) return py::none();
@@ -342,7 +334,10 @@ class request
             return py::none();
         run once;
         const bool back = times.end() < 0.0;
-        if (once.start(block, how, back, {0.0, py::none()}) != KR_OK) return py::none();
+        steering with = how;
+        with.tol = tol;
+        const kr_status status = once.start(block, with, back, {0.0, py::none()});
+        if (status != KR_OK) return status == KR_ERR_METHOD ? py::object() : py::none();
         const recorded result = once.record_states(times, how.digits > 16, progress);
         if (result.status != KR_OK || !paths.knows_columns())
             return py::make_tuple(options, once.result_of(result));
@@ -350,6 +345,12 @@ class request
         auto path = paths.make(scene, result.states, result.low, stats, back && how.step > 0.0);
         if (!progress.is_none() && times.size() > 0) progress(times.end());
         return path;
+    }
+    py::object record_or_none(const py::handle &scene, const kr_scene &block, const py::handle &t,
+                              const py::object &progress) const
+    {
+        const auto path = record(scene, block, t, progress, how.tol);
+        return path ? path : py::none();
     }
 
   public:
@@ -437,7 +438,16 @@ class request
     py::object solve(const py::handle &scene, const py::handle &t, const py::object &progress) const
     {
         const auto block = get(scene, paths.name.block).cast<kr_scene>();
-        return chosen(scene, block, t).record(scene, block, t, progress);
+        py::object path;
+        if (!closed.is_none()) {
+            const auto &other = instance_of<request>(closed.ptr());
+            if (!has_torus(block))
+                return (kr_method_suits(other.how.method, &block) ? other : *this)
+                    .record_or_none(scene, block, t, progress);
+            const double most = decide.is_none() || !t ? 0.0 : decide(scene, t).cast<double>();
+            if (most > 0.0) path = other.record(scene, block, t, progress, most);
+        }
+        return path ? path : record_or_none(scene, block, t, progress);
     }
 };
 static std::unique_ptr<request> make_request(const py::tuple &classes, const py::object &options,

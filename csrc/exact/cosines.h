@@ -40,9 +40,14 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
 {
     const int stride = GRID / n;
     for (int k = 1; k < n; k++) {
-        double sum = 0.5 * (v[0].hi + (k % 2 ? -v[GRID].hi : v[GRID].hi));
-        for (int i = 1, at = k; i < n; i++) {
-            sum += v[i * stride].hi * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
+        const double sign = k % 2 ? -1.0 : 1.0;
+        double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
+        /* The cosines of two angles with the sum pi differ at most in sign. The loop ends at pi/2,
+         * an angle that has no such partner. */
+        for (int i = 1, at = k; i <= n / 2; i++) {
+            const double pair =
+                2 * i < n ? v[i * stride].hi + sign * v[GRID - i * stride].hi : v[i * stride].hi;
+            sum += pair * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
             at += k;
             if (at >= 2 * n) at -= 2 * n;
         }

@@ -68,11 +68,13 @@ static const kr_exact_form *form_of_motion(const kr_motion *motion)
     return (const kr_exact_form *)motion->work;
 }
 static void *plan_of_motion(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
-/* Sets up a new plan in separate memory. If the set-up fails, the old plan remains in use. */
+/* Sets up a new plan in separate memory. If the set-up fails, the old plan remains in use. A
+ * tolerance below the bound of the certificate replaces it. */
 static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;
-    const kr_status status = kr_torus_widest_isa(form)->scalar->plan(motion->scene, 1, 0.0, made);
+    const double bound = motion->tol < form->bound ? motion->tol : 0.0;
+    const kr_status status = kr_torus_widest_isa(form)->scalar->plan(motion->scene, 1, bound, made);
     if (status != KR_OK) return status;
     memcpy(plan, made, form->used_size(made));
     kr_torus torus;

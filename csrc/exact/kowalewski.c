@@ -4,10 +4,14 @@
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"
 
-/* Number of points of the torus at which plans are checked. Sums without cancellation are checked
- * as well if the certificate exceeds a limit. */
+/* Number of points of the torus at which plans are checked. */
 enum { POINTS = 256 };
+/* Ordinary sums are checked at these points only if their error exceeds DOUBTFUL, or if D varies by
+ * more than the factor 1/CANCELLING. */
 #define DOUBTFUL 5e-15
+#define CANCELLING 0.05
+/* A plan is set up anew if its error exceeds this limit. */
+#define INACCURATE 1e-14
 
 /* The plan, and the intermediate results of its set-up. */
 typedef struct kowalewski_memory {
@@ -88,6 +92,56 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
     }
     return miss;
 }
+/* Computes the sums of a plan, or the dual sums if `dual` is nonzero, and the plan's certificate.
+ * The curve is already analysed. Writes the error of the plan without that of the frequencies, or
+ * INFINITY if the plan is refused. Returns KR_KOWALEWSKI_PLANNED or the reason of the refusal. */
+static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
+                                       kr_quat attitude, int dual, double *error)
+{
+    kr_theta_sums *plan = &memory->plan;
+    kowalewski_work *w = &memory->work;
+    const double moment = 0.03125 / (1.0 + sqrt(fabs(w->curve.h.hi)));
+    kr_kowalewski_refusal refusal = KR_KOWALEWSKI_PLANNED;
+    dd heading;
+    *error = INFINITY;
+    if (!dual)
+        refusal = make_sums(w, top->state, plan, &heading);
+    else if (!make_dual_sums(w, top->state, plan, &heading))
+        refusal = KR_KOWALEWSKI_SUMS;
+    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
+    set_phases(w, heading, plan);
+    set_phase(plan, attitude);
+    const double of_sums = error_of_sums(w);
+    *error = fmax(of_sums, miss_of_plan(plan, top, moment, attitude));
+    if (dual || *error > DOUBTFUL || least_size(&w->theta) < CANCELLING)
+        *error = fmax(*error, miss_on_torus(plan, &w->curve));
+    /* Between the samples, the error of dual sums is up to six times as large. The last number is
+     * the error of the frequencies after 1000 radians. It matters only near separatrices, where a
+     * rounding error of the start changes the motion far more. */
+    plan->head.certificate = fmax(fmax(*error, dual ? 6.0 * of_sums : 0.0), 1e3 * w->separatrix);
+    return refusal;
+}
+/* Sets up the plan of a top in internal units. If its error exceeds a limit, the integrals over
+ * paths are computed with more nodes. If this does not suffice, the dual sums are used, provided
+ * that they are more accurate. Returns what fill_plan returns. */
+static kr_kowalewski_refusal make_plan(kowalewski_memory *memory, const kowalewski_top *top,
+                                       kr_quat attitude)
+{
+    kowalewski_work *w = &memory->work;
+    double error, error_of_dual;
+    kr_kowalewski_refusal refusal = analyse_curve(top, w);
+    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
+    fill_plan(memory, top, attitude, 0, &error);
+    if (error <= INACCURATE) return KR_KOWALEWSKI_PLANNED;
+    w->curve.settled = WELL_SETTLED;
+    if (!make_periods(&w->curve, w->arc, &w->rates, &w->theta.matrix))
+        return KR_KOWALEWSKI_INTEGRALS;
+    refusal = fill_plan(memory, top, attitude, 0, &error);
+    if (error <= INACCURATE) return KR_KOWALEWSKI_PLANNED;
+    fill_plan(memory, top, attitude, 1, &error_of_dual);
+    if (error_of_dual < error) return KR_KOWALEWSKI_PLANNED;
+    return refusal == KR_KOWALEWSKI_PLANNED ? fill_plan(memory, top, attitude, 0, &error) : refusal;
+}
 static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
 {
     kowalewski_memory *memory = space;
@@ -103,16 +157,11 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *
     status = read_kowalewski(scene, &top, &way);
     if (status != KR_OK) return status;
     begin_torus(&plan->torus);
-    head->refusal = (int)make_plan(&top, &memory->work, plan);
+    head->refusal = (int)make_plan(memory, &top, way.attitude);
     if (head->refusal != KR_KOWALEWSKI_PLANNED) {
         head->refusal = (int)name_motion(&top, (kr_kowalewski_refusal)head->refusal);
         return KR_ERR_METHOD;
     }
-    set_phase(plan, way.attitude);
-    const double moment = 0.03125 / (1.0 + sqrt(fabs(memory->work.curve.h.hi)));
-    head->certificate = fmax(head->certificate, miss_of_plan(plan, &top, moment, way.attitude));
-    if (plan->dual || head->certificate > DOUBTFUL)
-        head->certificate = fmax(head->certificate, miss_on_torus(plan, &memory->work.curve));
     bring_back(plan, &way, scene->start.t, own);
     head->used = kr_kowalewski_form.used_size(plan);
     if (head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)) return KR_OK;

@@ -141,23 +141,36 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* Converts the sine series of the two integrals to the contributions of this arc to theta1 - x1 and
- * theta2 - x2, where x1 and x2 are the variables of the arcs. */
-static void set_sines(kowalewski_arc *arc, double way, double p1, double q1, double p2, double q2,
-                      double det)
-{
-    for (int k = 1; k < arc->points; k++) {
-        const double u = way * arc->sine[0][k], v = way * arc->sine[1][k];
-        arc->sine[0][k] = (p2 * v - q2 * u) / det;
-        arc->sine[1][k] = (p1 * v - q1 * u) / det;
-    }
-}
 /* The determinant of the averages, the rates of the torus's two angles, and the rate of the
  * heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
 } kowalewski_rates;
 
+/* Computes the sine series of the integrals of dt/dx and (w - base) dt/dx over an arc. The base is
+ * the upper end of the arc. The samples of w dt/dx are replaced. */
+static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const cosine_table *table,
+                          samples *v)
+{
+    for (int i = 0; i <= GRID; i += GRID / arc->points)
+        v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
+    for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
+}
+/* Converts the sine series of both integrals to the contributions of arc j to theta1 - x1 and
+ * theta2 - x2, where x1 and x2 are the variables of the arcs. Without the base, the terms with p
+ * and q nearly cancel if w varies little. */
+static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
+{
+    const dd base = o->root[arc[j].high];
+    const double p1 = arc[0].p.hi, q1 = dd_sub(arc[0].q, dd_mul(base, arc[0].p)).hi,
+                 p2 = arc[1].p.hi, q2 = dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi;
+    for (int k = 1; k < arc[j].points; k++) {
+        const double u = j ? -arc[j].sine[0][k] : arc[j].sine[0][k],
+                     v = j ? -arc[j].sine[1][k] : arc[j].sine[1][k];
+        arc[j].sine[0][k] = (p2 * v - q2 * u) / det;
+        arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
+    }
+}
 /* Averages over both arcs and computes the rates. Returns 0 if an average is not accurate
  * enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
@@ -166,14 +179,12 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
     begin_cosines(table);
     for (int j = 0; j < 2; j++) {
         if (!fill_samples(o, &arc[j], table, v)) return 0;
-        for (int i = 0; i < 2; i++)
-            integrate_samples(v->v[i], table, arc[j].points, arc[j].sine[i]);
+        integrate_arc(o, &arc[j], table, v);
     }
     out->det = dd_sub(dd_mul(arc[1].p, arc[0].q), dd_mul(arc[0].p, arc[1].q));
     for (int j = 0; j < 2; j++) {
         out->rate[j] = dd_div(arc[1 - j].p, out->det);
-        set_sines(&arc[j], j ? -1.0 : 1.0, arc[0].p.hi, arc[0].q.hi, arc[1].p.hi, arc[1].q.hi,
-                  out->det.hi);
+        set_sines(o, arc, j, out->det.hi);
     }
     out->heading =
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));

@@ -26,7 +26,8 @@ enum { FOLDS = 12 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
-    int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
+    double settled; /* see kowalewski_path */
+    int pair;       /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
     dd root[ROOTS];
     int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;

@@ -24,6 +24,7 @@ typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
     double weight[CLASSES][CLASSES];
+    cx factor[CLASSES][8][8]; /* of term k1, k2 in each combination, at k1 and k2 modulo 8 */
 } dual_basis;
 typedef struct dual_term {
     int k1, k2;
@@ -104,14 +105,24 @@ static void make_basis(int kind, int sum, dual_basis *b)
                 append_combination(b, &found, weight);
             }
 }
-/* Returns the factor of term k1, k2 in combination `which`, or 0 if it is a rounding error. */
-static cx factor_of(const dual_basis *b, int kind, int sum, int which, int k1, int k2)
+/* Computes the factors of all terms in all combinations. Rounding errors are replaced by 0. */
+static void find_factors(int kind, int sum, dual_basis *b)
 {
-    cx factor = cx_of(0.0, 0.0);
-    for (int i = 0; i < b->count; i++)
-        factor =
-            cx_add(factor, cx_scale(b->weight[which][i], factor_of_class(b, kind, sum, i, k1, k2)));
-    return cx_square(factor) > 1e-20 ? factor : cx_of(0.0, 0.0);
+    for (int k = 0; k < 64; k++) {
+        cx of_class[CLASSES];
+        for (int i = 0; i < b->count; i++)
+            of_class[i] = factor_of_class(b, kind, sum, i, k / 8, k % 8);
+        for (int which = 0; which < b->count; which++) {
+            cx f = cx_of(0.0, 0.0);
+            for (int i = 0; i < b->count; i++)
+                f = cx_add(f, cx_scale(b->weight[which][i], of_class[i]));
+            b->factor[which][k / 8][k % 8] = cx_square(f) > 1e-20 ? f : cx_of(0.0, 0.0);
+        }
+    }
+}
+static cx factor_of(const dual_basis *b, int which, const dual_term *n)
+{
+    return b->factor[which][n->k1 & 7][n->k2 & 7];
 }
 /* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for angles theta between -2
  * pi and 2 pi. */
@@ -121,8 +132,10 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
      * coordinates. */
     double x = fmax(-1.0, fmin(1.0, k1)), y = fmax(-1.0, fmin(1.0, k2));
     for (int i = 0; i < 40; i++) {
+        const double before = y;
         x = fmax(-1.0, fmin(1.0, k1 - bend[1] / bend[0] * (y - k2)));
         y = fmax(-1.0, fmin(1.0, k2 - bend[1] / bend[2] * (x - k1)));
+        if (y == before) break;
     }
     return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
            2.0 * bend[1] * (x - k1) * (y - k2);
@@ -206,37 +219,50 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 }
 /* Adds a term to the sums over each combination at all samples. `which` is the index of the sum in
  * a pair of sums. */
-static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n)
+static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
+                          sample_choice choice)
 {
     const dual_basis *b = &d->basis[sum];
     for (int c = 0, at = 0; c < b->count; c++, at++) {
         while (!has_class(w->kind, sum, at)) at++;
-        const cx f = cx_mul(n->size, factor_of(b, w->kind, sum, c, n->k1, n->k2));
+        const cx f = cx_mul(n->size, factor_of(b, c, n));
         if (cx_square(f) == 0.0) continue;
         for (int i = 0; i < SAMPLES; i++) {
+            if (!is_chosen(i, choice)) continue;
             cx *to = &w->column[i][which][at];
             *to = cx_add(*to, cx_scale(growth_at(&d->growth[i], n), f));
         }
     }
 }
-/* Computes the sums over each combination, for two sums at all samples. */
-static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2])
+/* Computes the sums over each combination, for two sums at some or all samples. */
+static void fill_dual_columns(theta_work *w, const dual_work *d, const int sum[2],
+                              sample_choice choice)
 {
-    memset(w->column, 0, sizeof w->column);
+    for (int i = 0; i < SAMPLES; i++)
+        if (is_chosen(i, choice)) memset(w->column[i], 0, sizeof w->column[i]);
     for (int i = 0; i < d->count; i++)
-        for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i]);
+        for (int j = 0; j < 2; j++) add_dual_term(w, d, sum[j], j, &d->term[i], choice);
 }
-/* Computes the constants of S and T for one beta, as find_spinor does. */
-static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2])
+/* Sets the sizes of samples from the columns. */
+static void size_dual_samples(theta_work *w, sample_choice choice)
 {
-    size_dual_terms(d, beta);
-    fill_dual_columns(w, d, spinor_sums);
     for (int i = 0; i < SAMPLES; i++) {
         double size = 0.0;
+        if (!is_chosen(i, choice)) continue;
         for (int j = 0; j < 2; j++)
             for (int c = 0; c < CLASSES; c++) size += cx_square(w->column[i][j][c]);
         w->sample[i].size = sqrt(size);
     }
+}
+/* Computes the constants of S and T for one beta, as find_spinor does. */
+static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2], int thorough)
+{
+    size_dual_terms(d, beta);
+    fill_dual_columns(w, d, spinor_sums, THIRD_OF_SAMPLES);
+    size_dual_samples(w, THIRD_OF_SAMPLES);
+    if (!thorough && !(solve_spinor(w, THIRD_OF_SAMPLES) < NEARLY_SATISFIED)) return INFINITY;
+    fill_dual_columns(w, d, spinor_sums, OTHER_SAMPLES);
+    size_dual_samples(w, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
 /* Writes the coefficient of a term in a sum. Returns 0 if the term does not occur in the sum. */
@@ -248,7 +274,7 @@ static int dual_coefficient(const theta_work *t, const dual_work *d, int sum, co
     *out = cx_of(0.0, 0.0);
     for (int c = 0, at = 0; c < b->count; c++, at++) {
         while (!has_class(t->kind, sum, at)) at++;
-        const cx f = factor_of(b, t->kind, sum, c, n->k1, n->k2);
+        const cx f = factor_of(b, c, n);
         has |= cx_square(f) > 0.0;
         *out = cx_add(*out, cx_scale(t->constant[sum][at], f));
     }

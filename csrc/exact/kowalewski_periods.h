@@ -12,14 +12,24 @@
 #define KR_KOWALEWSKI_PERIODS_H
 #include "kowalewski_averages.h"
 
-enum { OTHERS = 4 };
+enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
+
+/* The relative change at which an integral over a path counts as converged. At SETTLED the error is
+ * usually about the square of the change, but it may be 1e-12 if a weak singularity is close to the
+ * path. At WELL_SETTLED the error is a rounding error. */
+#define SETTLED 1e-9
+#define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not its ends, N - root D = a sin^2 + b
- * cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. */
+ * cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. `settled` is
+ * SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
-    cx A, C, E, across, a[OTHERS], b[OTHERS], near[OTHERS], near_d;
+    cx A, C, E, across, a[OTHERS], b[OTHERS];
+    cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
+    cx near_root[OTHERS], near_d_root; /* square roots of the reference points */
+    cx scale;                          /* a constant factor of dt/dx */
     int count, infinite;
-    cx start_less_base;
+    double settled;
 } kowalewski_path;
 
 static cx root_of(const kowalewski_curve *o, int i)
@@ -46,20 +56,23 @@ static cx nearest_on_segment(cx a, cx b)
                  at = size > 0.0 ? -(from.re * way.re + from.im * way.im) / size : 0.0;
     return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
-/* Computes the reference points for the signs of the square roots along a path, from its start to
+/* Computes the constants that integrals over a path use. The path is followed from its start to
  * sin^2(x/2) = `end`. Branch points on the rest of the path do not affect the integral. */
 static void finish_path(kowalewski_path *p, double end)
 {
     for (int i = 0; i < p->count; i++) {
         const cx to = cx_add(cx_scale(end, p->a[i]), cx_scale(1.0 - end, p->b[i]));
         p->near[i] = nearest_on_segment(to, p->b[i]);
+        p->near_root[i] = cx_sqrt(p->near[i]);
     }
     p->near_d = nearest_on_segment(p->C, p->E);
+    p->near_d_root = cx_sqrt(p->near_d);
+    p->scale = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
 }
 /* Returns the path from root i to root j with the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
-    kowalewski_path p = {.C = C, .E = E};
+    kowalewski_path p = {.C = C, .E = E, .settled = o->settled};
     const cx way = root_less_root(o, j, i);
     p.A = cx_mul(way, C);
     p.across = cx_mul(cx_mul(C, E), way);
@@ -71,7 +84,10 @@ static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx 
     finish_path(&p, 1.0);
     return p;
 }
-static cx tracked_root(cx z, cx near) { return cx_mul(cx_sqrt(cx_div(z, near)), cx_sqrt(near)); }
+static cx tracked_root(cx z, cx near, cx near_root)
+{
+    return cx_mul(cx_sqrt(cx_div(z, near)), near_root);
+}
 /* Writes dt/dx and (w - base) dt/dx, where base is the start of the path. Returns D. */
 static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
 {
@@ -79,11 +95,10 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     cx under = cx_of(1.0, 0.0);
     for (int i = 0; i < p->count; i++) {
         const cx N = cx_add(cx_scale(s, p->a[i]), cx_scale(c, p->b[i]));
-        under = cx_mul(under, tracked_root(N, p->near[i]));
+        under = cx_mul(under, tracked_root(N, p->near[i], p->near_root[i]));
     }
-    cx over = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
-    over = cx_mul(over, p->infinite ? D : tracked_root(D, p->near_d));
-    out[0] = cx_div(over, under);
+    const cx over = p->infinite ? D : tracked_root(D, p->near_d, p->near_d_root);
+    out[0] = cx_div(cx_mul(p->scale, over), under);
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
@@ -126,7 +141,7 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
     out[0] = out[1] = cx_of(0.0, 0.0);
     if (!part.all && part.most == 0.0) return 1;
     add_node(p, part, 0.0, sum, size);
-    for (int n = 2; n <= 256; n *= 2) {
+    for (int n = 2; n <= NODES_MOST; n *= 2) {
         const double step = 1.0 / n;
         double change = 0.0;
         for (int side = -1; side <= 1; side += 2)
@@ -137,7 +152,8 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
             change = fmax(change, cx_abs(cx_sub(out[k], old[k])) / (step * size[k] + 1e-300));
             old[k] = out[k];
         }
-        if (n >= 8 && change < 1e-9) return 1;
+        /* The last sum also has rounding errors. */
+        if (n >= 8 && change < (n < NODES_MOST ? p->settled : SETTLED)) return 1;
     }
     return 0;
 }
@@ -261,11 +277,12 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path in the plane of w from a root to the number `to`. */
-static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx to)
+/* Returns the straight path in the plane of w that begins at a root and has the direction and
+ * length of `way`. */
+static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
-    kowalewski_path p = {.infinite = 1, .E = {1.0, 0.0}, .A = cx_sub(to, root_of(o, from))};
-    p.across = p.A;
+    kowalewski_path p = {
+        .infinite = 1, .E = {1.0, 0.0}, .A = way, .across = way, .settled = o->settled};
     for (int r = 0; r < ROOTS; r++) {
         if (r == from) continue;
         p.a[p.count] = p.A;
@@ -291,7 +308,8 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
         out->shift[1] += 0.25 * out->b12;
     }
     if (past) {
-        const kowalewski_path p = path_along_line(o, 1, cx_of(pole.hi, 0.0));
+        const cx way = cx_of(dd_sub(pole, o->root[1]).hi, -o->root[2].hi);
+        const kowalewski_path p = path_along_line(o, 1, way);
         return add_path(o, arc, rates, &p, 1, 1.0, 0.5, out);
     }
     const kowalewski_path p = path_over_gap(o, gap);
@@ -317,7 +335,7 @@ static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[
     int from = 0;
     for (int i = 1; i < ROOTS; i++)
         if (fabs(o->root[i].hi) < fabs(o->root[from].hi)) from = i;
-    const kowalewski_path p = path_along_line(o, from, cx_of(0.0, y.hi));
+    const kowalewski_path p = path_along_line(o, from, cx_of(-o->root[from].hi, y.hi));
     return add_path(o, arc, rates, &p, from, 1.0, 1.0, out);
 }
 /* Computes B and b. Returns 0 if an integral does not converge. */

@@ -5,9 +5,6 @@
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_dual.h"
 
-/* Dual sums are tried if the error of the sums exceeds this limit. */
-#define CANCELLED 2e-14
-
 /* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
  * e3>. */
 typedef struct kowalewski_top {
@@ -226,7 +223,7 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
         if (which == 0 || sum == SUM_R) {
             if (!list_terms(&t->matrix, t->kind, two, none, &t->terms)) return 0;
             widen(plan, t->terms.wide);
-            fill_columns(t, two);
+            fill_columns(t, two, ALL_SAMPLES);
         }
         find_velocity(t, two, which);
         if (!append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms)) return 0;
@@ -306,7 +303,7 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     t->misfit = 0.0;
     for (int sum = SUM_P; sum < SUMS; sum++) {
         const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
-        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two);
+        if (which == 0 || sum == SUM_R) fill_dual_columns(t, d, two, ALL_SAMPLES);
         find_velocity(t, two, which);
         if (!append_dual_rows(plan, t, d, sum, &rows, &terms)) return 0;
     }
@@ -340,17 +337,21 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     cx sum[2], slope[2];
     int best = 0;
     if (!list_dual_terms(&t->matrix, d)) return 0;
-    for (int i = 0; i < SUMS; i++) make_basis(t->kind, i, &d->basis[i]);
-    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
-    for (int i = 0; i < 4; i++) {
-        find_beta(&t->matrix, i, beta);
-        const double ratio = find_dual_spinor(t, d, beta);
-        if (ratio < least) least = ratio, best = i;
-        if (ratio < 1e-12) break;
+    for (int i = 0; i < SUMS; i++) {
+        make_basis(t->kind, i, &d->basis[i]);
+        find_factors(t->kind, i, &d->basis[i]);
     }
-    if (!(least < 1e-8)) return 0;
-    find_beta(&t->matrix, best, beta);
-    t->certificate = find_dual_spinor(t, d, beta);
+    for (int i = 0; i < SAMPLES; i++) make_growth(d, t->sample[i].theta, &d->growth[i]);
+    for (int i = 0; i < 8 && !(least < 1e-12); i++) {
+        find_beta(&t->matrix, i % 4, beta);
+        t->certificate = find_dual_spinor(t, d, beta, i >= 4);
+        if (t->certificate < least) least = t->certificate, best = i % 4;
+    }
+    if (!(least < SATISFIED)) return 0;
+    if (least < t->certificate) {
+        find_beta(&t->matrix, best, beta);
+        t->certificate = find_dual_spinor(t, d, beta, 1);
+    }
     sum_dual_start(w, beta, sum, slope);
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
@@ -376,6 +377,7 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
 {
     kowalewski_curve *o = &w->curve;
     set_constants(o, top->state, top->l);
+    o->settled = SETTLED;
     /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
     if (!(fabs(o->h.hi) < 1e12)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
@@ -398,37 +400,26 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Computes the sums. If they have lost digits to cancellation and the dual sums are more accurate,
- * uses the dual sums instead. */
-static kr_kowalewski_refusal make_best_sums(kowalewski_work *w, const dd state[6],
-                                            kr_theta_sums *plan, dd *heading)
+/* Returns the ratio of the smallest to the largest D at the samples. If it is small, the terms of
+ * ordinary sums cancel. */
+static double least_size(const theta_work *t)
 {
-    const kr_kowalewski_refusal refusal = make_sums(w, state, plan, heading);
-    const double error = refusal == KR_KOWALEWSKI_PLANNED ? error_of_sums(w) : INFINITY;
-    if (error < CANCELLED) return KR_KOWALEWSKI_PLANNED;
-    if (make_dual_sums(w, state, plan, heading) && error_of_sums(w) < error)
-        return KR_KOWALEWSKI_PLANNED;
-    return refusal == KR_KOWALEWSKI_PLANNED ? make_sums(w, state, plan, heading) : refusal;
+    double least = INFINITY, most = 0.0;
+    for (int i = 0; i < SAMPLES; i++) {
+        least = fmin(least, t->sample[i].size);
+        most = fmax(most, t->sample[i].size);
+    }
+    return least / most;
 }
-/* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
- * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
-static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
-                                       kr_theta_sums *plan)
+/* Sets the rates and phases of a plan whose sums are complete, beginning at time 0. The caller sets
+ * the phase of e. */
+static void set_phases(const kowalewski_work *w, dd heading, kr_theta_sums *plan)
 {
-    dd heading;
-    kr_kowalewski_refusal refusal = analyse_curve(top, w);
-    if (refusal == KR_KOWALEWSKI_PLANNED) refusal = make_best_sums(w, top->state, plan, &heading);
-    if (refusal != KR_KOWALEWSKI_PLANNED) return refusal;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
     for (int i = 0; i < 3; i++) {
         plan->torus.turn[i] = phase_of(rate[i]);
         phase_start(&plan->torus.turn[i],
                     i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
-    /* Between the samples, the error of dual sums is up to six times as large. The last number is
-     * the error of the frequencies after 1000 radians. It matters only near separatrices, where a
-     * rounding error of the start changes the motion far more. */
-    plan->head.certificate = fmax((plan->dual ? 6.0 : 1.0) * error_of_sums(w), 1e3 * w->separatrix);
-    return KR_KOWALEWSKI_PLANNED;
 }
 #endif

@@ -17,6 +17,10 @@
 #include "kowalewski_samples.h"
 #include "least_squares.h"
 
+/* The ratio of singular values below which the equations count as satisfied, and a limit for the
+ * same ratio from a third of the samples. */
+#define SATISFIED 1e-8
+#define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
 /* The kinds of curves, by the order of their real roots, where e is a root of phi: -k e k, e -k k,
  * e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
@@ -110,9 +114,9 @@ static double sign_of_term(int kind, int sum, int k1, int k2)
 static int is_imaginary(int sum, int k2) { return sum != SUM_Q && odd(k2); }
 
 /* Returns exp(-x) for x >= 0. */
-static double decay(double x)
+static double decay(dd x)
 {
-    const exponential e = exponential_of(dd_of(-x));
+    const exponential e = exponential_of(dd_neg(x));
     return e.plus * (e.even + e.odd);
 }
 /* Lists the terms of two sums that are larger than e^-40 times the largest possible term. Returns 0
@@ -131,11 +135,14 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
                      left = cut - 0.5 * det / m->b22 * x * x,
                      half = sqrt(fmax(2.0 * left / m->b22, 0.0));
         if (!(half + fabs(middle) < 0.5 * WIDE_MOST)) return 0;
+        const dd exact = two_sum(0.5 * k1, -x0), slope = dd_times(m->b12, exact),
+                 base = dd_times(0.5 * m->b11, dd_square(exact));
         for (int k2 = (int)ceil(2.0 * (middle - half)); k2 <= 2.0 * (middle + half); k2++) {
-            const double y = 0.5 * k2 - y0;
+            const dd y = two_sum(0.5 * k2, -y0);
             const int index = class_of(kind, k1, k2);
             if (!has_class(kind, sum[0], index) && !has_class(kind, sum[1], index)) continue;
-            const double size = decay(0.5 * (m->b11 * x * x + m->b22 * y * y) + m->b12 * x * y);
+            const double size =
+                decay(dd_add(base, dd_mul(y, dd_add(dd_times(0.5 * m->b22, y), slope))));
             if (out->count == TERMS) return 0;
             sum_term *term = &out->term[out->count++];
             term->k1 = (short)k1;
@@ -191,28 +198,39 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 }
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
-static void fill_columns(theta_work *w, const int sum[2])
+/* The samples that are used: a third of them, which lie in all rows and columns, the others, or
+ * all. A third suffices to exclude a value of b. */
+typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
+static int is_chosen(int i, sample_choice choice)
 {
-    for (int i = 0; i < SAMPLES; i++) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
+    const int is_third = (i / SAMPLES_EACH + i) % 3 == 0;
+    return choice == ALL_SAMPLES || is_third == (choice == THIRD_OF_SAMPLES);
 }
-/* Computes the constants of S and T from the samples. The equation of each sample is divided by the
- * sample's size. Returns the ratio of the smallest singular value to the next larger one. */
-static double solve_spinor(theta_work *w)
+static void fill_columns(theta_work *w, const int sum[2], sample_choice choice)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        if (is_chosen(i, choice)) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
+}
+/* Computes the constants of S and T from some or all samples. The equation of each sample is
+ * divided by the sample's size. Returns the ratio of the smallest singular value to the next larger
+ * one. */
+static double solve_spinor(theta_work *w, sample_choice choice)
 {
     lsq *m = &w->lsq;
     double null[LSQ_COLUMNS];
-    m->rows = 2 * SAMPLES;
     m->columns = 0;
     for (int j = 0; j < 2; j++)
         for (int index = 0; index < CLASSES; index++) {
             if (!has_class(w->kind, spinor_sums[j], index)) continue;
             double *const a = m->a[m->columns++];
+            m->rows = 0;
             for (int i = 0; i < SAMPLES; i++) {
                 const torus_sample *s = &w->sample[i];
+                if (!is_chosen(i, choice)) continue;
                 const cx factor = cx_scale((j ? -1.0 : 1.0) / s->size, j ? s->y : s->x),
                          value = cx_mul(w->column[i][j][index], factor);
-                a[2 * i] = value.re;
-                a[2 * i + 1] = value.im;
+                a[m->rows++] = value.re;
+                a[m->rows++] = value.im;
             }
         }
     lsq_factor(m);
@@ -235,20 +253,22 @@ static void find_sizes(theta_work *w)
  * of the smallest singular value to the next larger one. */
 static double solve_spinor_twice(theta_work *w)
 {
-    const double ratio = solve_spinor(w);
-    if (!(ratio < 1e-8)) return ratio;
+    const double ratio = solve_spinor(w, ALL_SAMPLES);
+    if (!(ratio < SATISFIED)) return ratio;
     find_sizes(w);
-    const double better = solve_spinor(w);
+    const double better = solve_spinor(w, ALL_SAMPLES);
     find_sizes(w);
     return better;
 }
-/* Computes the constants of S and T for one beta. Returns the ratio that solve_spinor_twice
- * returns. */
-static double find_spinor(theta_work *w, const double beta[2])
+/* Computes the constants of S and T for one beta. If `thorough` is 0, first tries a third of the
+ * samples. Returns the ratio that solve_spinor_twice returns. */
+static double find_spinor(theta_work *w, const double beta[2], int thorough)
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
-    fill_columns(w, spinor_sums);
     for (int i = 0; i < SAMPLES; i++) w->sample[i].size = 1.0;
+    fill_columns(w, spinor_sums, THIRD_OF_SAMPLES);
+    if (!thorough && !(solve_spinor(w, THIRD_OF_SAMPLES) < NEARLY_SATISFIED)) return INFINITY;
+    fill_columns(w, spinor_sums, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
 /* Writes beta for one of four values of b, which differ by rows of B/2. Multiples of the rows of B
@@ -266,11 +286,11 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 }
 /* Computes the constants of S and T for one of four values of b. Returns the ratio that find_spinor
  * returns. */
-static double try_spinor_class(theta_work *w, int i)
+static double try_spinor_class(theta_work *w, int i, int thorough)
 {
     double beta[2];
     find_beta(&w->matrix, i, beta);
-    return find_spinor(w, beta);
+    return find_spinor(w, beta, thorough);
 }
 /* Tries the four values of b until one satisfies the equations with a small error. If no value
  * satisfies them well, the best one is used. Returns 0 if no value satisfies the equations. */
@@ -278,13 +298,13 @@ static int find_spinor_class(theta_work *w)
 {
     int best = 0;
     double least = INFINITY;
-    for (int i = 0; i < 4; i++) {
-        const double ratio = w->certificate = try_spinor_class(w, i);
+    for (int i = 0; i < 8; i++) {
+        const double ratio = w->certificate = try_spinor_class(w, i % 4, i >= 4);
         if (ratio < 1e-13) return 1;
-        if (ratio < least) least = ratio, best = i;
+        if (ratio < least) least = ratio, best = i % 4;
     }
-    if (!(least < 1e-8)) return 0;
-    w->certificate = try_spinor_class(w, best);
+    if (!(least < SATISFIED)) return 0;
+    w->certificate = try_spinor_class(w, best, 1);
     return 1;
 }
 /* Computes the constants of one sum, with index `which` in the pair `sum`, from its class sums.

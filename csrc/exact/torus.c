@@ -23,6 +23,7 @@ static size_t chaplygin_used_size(const void *memory)
 }
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
+    KR_KOWALEWSKI_BOUND,
     sizeof(kr_theta_sums),
     offsetof(kr_theta_sums, torus),
     NULL,
@@ -42,6 +43,7 @@ const kr_torus_form kr_kowalewski_form = {
 };
 const kr_torus_form kr_chaplygin_form = {
     KR_KIND_GORYACHEV_CHAPLYGIN,
+    KR_CHAPLYGIN_BOUND,
     sizeof(kr_chaplygin_plan),
     offsetof(kr_chaplygin_plan, torus),
     kr_chaplygin_is_level,

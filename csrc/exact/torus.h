@@ -36,6 +36,7 @@ typedef struct kr_torus_isa {
 } kr_torus_isa;
 typedef struct kr_torus_form {
     kr_kind kind;                   /* of the body */
+    double bound;                   /* the default bound of the certificate */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
     /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
      * kind. NULL if it applies to all starts. */

@@ -242,7 +242,7 @@ class Request:
         most: float,
         limit: int,
         closed: Request | None = ...,
-        decide: Callable[..., bool] | None = ...,
+        decide: Callable[..., float] | None = ...,
     ) -> None: ...
     def start(
         self, scene: bytes, back: bool, begin: float, low: _Array | None

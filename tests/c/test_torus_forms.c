@@ -379,6 +379,23 @@ static void a_refused_reset_leaves_the_top_as_it_was(const form_case *c)
     kr_top_free(fresh);
     kr_top_free(top);
 }
+static void a_tolerance_bounds_the_certificate(const form_case *c)
+{
+    const kr_method *exact = kr_method_find("exact");
+    const double certificate = c->head(plan_of(c, &c->some)).certificate;
+    kr_top *strict = NULL, *plain = make(&c->some, exact, (kr_config){0}),
+           *bounded = make(&c->some, exact, (kr_config){.tol = certificate}),
+           *loose = make(&c->some, exact, (kr_config){.tol = 0.5});
+    const kr_config below = {.tol = 0.5 * certificate};
+    IS(certificate > 0.0);
+    IS(kr_top_create(&c->some, exact, below, &strict) == KR_ERR_METHOD && !strict);
+    kr_top *const tops[] = {plain, bounded, loose};
+    for (int i = 0; i < 3; i++) {
+        IS(kr_top_advance(tops[i], 5.0) == KR_OK);
+        IS(same(kr_top_state(tops[i]), kr_top_state(plain)));
+    }
+    for (int i = 0; i < 3; i++) kr_top_free(tops[i]);
+}
 static void checkpoints_go_on(const form_case *c)
 {
     const kr_method *exact = kr_method_find("exact");
@@ -440,6 +457,7 @@ static void check_form(const form_case *c)
     many_times_are_recorded_as_each_alone(c);
     a_worker_can_stop_after_each_top(c);
     a_step_is_a_period_of_the_first_angle(c);
+    a_tolerance_bounds_the_certificate(c);
     a_refused_reset_leaves_the_top_as_it_was(c);
     checkpoints_go_on(c);
     angles_of_the_torus_grow_linearly(c);

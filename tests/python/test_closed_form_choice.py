@@ -110,6 +110,20 @@ def test_a_large_certificate_is_refused(kind, monkeypatch):
     monkeypatch.setattr(closed_form_choice, "_ERROR_PER_CERTIFICATE", 1e7)
     plan = kr.plan(top_of(kind), LONG[kind])
     assert plan.method == "taylor" and "exceeds the limit" in plan.why
+    path = kr.solve(top_of(kind), LONG[kind], want=["q"])
+    assert path.method == "taylor" and path.plan.why == plan.why
+
+
+def test_the_closed_form_is_set_up_by_the_method_only(kind, monkeypatch):
+    def refuse(*_):
+        raise AssertionError("another set-up")
+
+    scene, t = top_of(kind), LONG[kind]
+    monkeypatch.setattr(closed_form_choice, "torus_plan", refuse)
+    path = kr.solve(scene, t)
+    monkeypatch.undo()
+    assert path.method == "exact"
+    assert np.array_equal(path.q, kr.solve(scene, t, "exact").q)
 
 
 def test_the_estimate_of_steps_is_near_the_number_of_steps(kind):

@@ -6,6 +6,10 @@ The tops are those of validation/benchmarks/kowalewski_speed.py. For each top, t
 at a time, batches of states and kreisel's Taylor series are timed from C, alternately in one
 process. The times of states are drawn between 0 and 1000 tau of the top. The series is computed up
 to `--longest` tau. Its run time up to 1e6 tau is extrapolated linearly.
+
+For the first `--heyoka` tops, kreisel.solve with 'auto' and heyoka's compiled integrator, which is
+reused for all runs, are timed alternately. heyoka runs to 1e4 tau, where its error and that of the
+closed form are compared with 30 digits. Its run time up to 1e6 tau is extrapolated as well.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import argparse
 import ctypes
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import kreisel as kr
@@ -22,11 +27,15 @@ import numpy.typing as npt
 
 from ..benchmarks.compiling import compile_core
 from ..benchmarks.kowalewski_speed import draw_top
+from ..competitors import timing
+from ..competitors.single_runs import EPS, HeyokaRun, Setting
+from ..references.problems import Problem
 
 SOURCE = Path(__file__).with_suffix(".c")
 RATIOS = {"kowalewski": 2, "goryachev_chaplygin": 4}
 STATES, ROUNDS = 256, 5
 LATE = 1e6  # the time at which the series is compared [tau]
+PEER_END = 1e4  # the time to which heyoka runs [tau]
 Row = tuple[float, float, float, float]
 
 
@@ -94,6 +103,27 @@ def print_times(kind: str, rows: list[Row]) -> None:
         print(f"  taylor to {LATE:g} tau / {name}: median {half:.3g}, 1 % below {least:.3g}")
 
 
+def compare_with_heyoka(kind: str, tops: int, seed: int) -> None:
+    """Print the times of 'auto' and of heyoka for a state at `LATE`, and errors at `PEER_END`."""
+    rng = np.random.default_rng(seed)
+    for _ in range(tops):
+        scene, tau = draw_top(rng, RATIOS[kind])
+        body, late, end = scene.body, [LATE * tau], [PEER_END * tau]
+        lever = tuple(body.mass * scene.gravity * x for x in body.com)
+        problem = Problem(kind, body.inertia, lever, scene.attitude, scene.momentum)
+        peer = HeyokaRun(problem, end[0], Setting(tol=EPS))
+        auto, part = timing.best_times((partial(kr.solve, scene, late), peer.solve), ROUNDS)
+        truth = kr.solve(scene, end, digits=30).q[0]
+        states = kr.solve(scene, end, "exact").q[0], peer.solve()
+        exact, other = (float(kr.attitude_error(q, truth)) for q in states)
+        print(
+            f"  a state at {LATE:g} tau: {kr.plan(scene, late).method} by 'auto' {1e3 * auto:.3g} "
+            f"ms, heyoka / auto {part * LATE / PEER_END / auto:.3g}; errors at {PEER_END:g} tau: "
+            f"exact {exact:.1e}, heyoka {other:.1e} rad",
+            flush=True,
+        )
+
+
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m validation.studies.torus_speed", description=__doc__.splitlines()[0]
@@ -101,11 +131,13 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("kind", nargs="?", choices=list(RATIOS))
     parser.add_argument("--tops", type=int, default=400, help="number of tops of each kind")
     parser.add_argument("--longest", type=float, default=100.0, help="end of the series [tau]")
+    parser.add_argument("--heyoka", type=int, default=3, help="number of tops beside heyoka")
     parser.add_argument("--seed", type=int, default=7)
     asked = parser.parse_args(argv)
     bench = TorusBench()
     for kind in [asked.kind] if asked.kind else RATIOS:
         print_times(kind, list(measure_tops(bench, kind, asked.tops, asked.longest, asked.seed)))
+        compare_with_heyoka(kind, asked.heyoka, asked.seed)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ class _TorusFormCosts(NamedTuple):
     is slower for about 1 % of the random tops for which 'auto' chooses it.
 
     ratio   the ratio of each equal moment to the third one
-    set_up  the time of two set-ups, one for the choice and one for the run [steps]
+    set_up  the time of the set-up [steps]
     state   the time of a state [steps]
     """
 
@@ -35,8 +35,8 @@ class _TorusFormCosts(NamedTuple):
 
 
 _FORMS: Final = {
-    "kowalewski": _TorusFormCosts(ratio=2.0, set_up=2e3, state=0.5),
-    "goryachev_chaplygin": _TorusFormCosts(ratio=4.0, set_up=6e4, state=20.0),
+    "kowalewski": _TorusFormCosts(ratio=2.0, set_up=1e3, state=0.5),
+    "goryachev_chaplygin": _TorusFormCosts(ratio=4.0, set_up=3e4, state=20.0),
 }
 
 
@@ -46,9 +46,19 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
     `t` is the argument of kreisel.solve. Raises TypeError or ValueError if `t` contains no valid
     times.
     """
+    allowed = allow_certificate(scene, t)
+    return allowed > 0.0 and torus_plan(scene._block, allowed)[0] == "OK"
+
+
+def allow_certificate(scene: Scene, t: object) -> float:
+    """Return the largest certificate of a closed form that 'auto' uses for a top on a torus.
+
+    Returns 0.0 if 'auto' uses the Taylor series for any certificate. `t` is the argument of
+    kreisel.solve. Raises TypeError or ValueError if it contains no times.
+    """
     if _ends_too_early(scene, t):
-        return False
-    return explain_taylor_choice(scene, as_finite_array("t", t, TIMES_FORM)) is None
+        return 0.0
+    return _judge(scene, as_finite_array("t", t, TIMES_FORM))[1]
 
 
 def _ends_too_early(scene: Scene, t: object) -> bool:
@@ -76,26 +86,39 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     scene, because the threads of the core do not plan closed forms. See "Ensembles" in
     docs/theory/closed_form.md.
     """
+    reason, allowed = _judge(scene, times)
+    if reason:
+        return reason
+    status, refusal = torus_plan(scene._block, allowed)[:2]
+    top = TORUS_KINDS[scene.body.kind]
+    return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
+
+
+def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
+    """Return the reason for the series before a plan is set up, or "", and the certificate allowed.
+
+    The certificate is 0.0 if there is a reason.
+    """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):
-        return explain_no_closed_form(scene)
-    if _has_mismatch(scene, form.ratio):
-        return f"the closed form of a {top} top would neglect rounding errors of this scene"
+        return explain_no_closed_form(scene), 0.0
+    if _misses_ratio(scene, form.ratio):
+        return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
     if times is None:
-        return (
+        reason = (
             f"'auto' integrates {top} tops in runs, streams, ensembles and without times; "
             "the method 'exact' takes the closed form"
         )
+        return reason, 0.0
     steps = _estimate_steps(scene, float(np.abs(times).max(initial=0.0)))
     cost = form.set_up + form.state * times.size
     if not steps >= cost:  # NaN if the rates of the top exceed the range of doubles
-        return (
+        reason = (
             f"the closed form of a {top} top takes as long as {cost:.2g} steps of the series, "
             f"and about {steps:.2g} suffice"
         )
-    allowed = min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
-    status, refusal = torus_plan(scene._block, allowed)[:2]
-    return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
+        return reason, 0.0
+    return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
 
 
 def _has_mismatch(scene: Scene, ratio: float) -> bool:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from .._core import Request
 from .._model.scene import Scene
-from .._options.closed_form_choice import prefers_closed_form
+from .._options.closed_form_choice import allow_certificate
 from .._options.methods import EXACT, FALLBACK, get_method, methods
 from .._options.solve_options import Progress, SolveOptions, make_options
 from .core_calls import CoreResult
@@ -39,7 +39,7 @@ def request_from_arguments(
         return _make_request(series)
     closed = _make_request(make_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _make_request(series, closed, prefers_closed_form if is_open else None)
+    return _make_request(series, closed, allow_certificate if is_open else None)
 
 
 def request_from_options(options: SolveOptions) -> Request | None:
@@ -58,7 +58,7 @@ def _cached_request(method: str, *controls: object) -> Request:
 def _make_request(
     options: SolveOptions,
     closed: Request | None = None,
-    decide: Callable[..., bool] | None = None,
+    decide: Callable[..., float] | None = None,
 ) -> Request:
     want, stored = options.want, options.path_options
     if want is not None:
