@@ -340,7 +340,7 @@ static int may_be_slow(const kr_motion *motion)
     const kr_taylor *p = (const kr_taylor *)motion->work;
     const kr_series *s = p->series;
     const double *w = s->end_w + 1, *drag = s->drag + 1;
-    if (s->linear == 0.0 || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
+    if (s->linear == 0.0 || motion->step < 0.0) return 0;
     if (!KR_HAS_SUPPORTS || s->linear == 1.0) return 1;
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
@@ -364,11 +364,18 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, held_direct
     slow->held = held;
     return 1;
 }
-/* Returns the unit of time of steps that are not on the slow manifold. */
-static double usual_rate(const kr_taylor *p)
+/* Sets the unit of time of steps that are not on the slow manifold. */
+static void reset_rate(kr_taylor *p, const kr_motion *motion)
 {
-    if (KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0) return p->held_rate;
-    return fmax(p->rate, p->first_rate);
+    const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
+    if (p->has_tangents != 0.0) return;
+    kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
+}
+/* Returns log2 of a tolerance of steps that are not on the slow manifold. Their unit of time is that
+ * of damping, but W is only as large as the other rates allow. */
+static double tolerance_of_transient(const kr_taylor *p, double undamped)
+{
+    return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
 }
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 {
@@ -377,26 +384,26 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
     slow_axes slow[4];
     held_directions held;
-    int axes[3];
+    int axes[3], count = 0;
     *log2_tol = p->log2_tol;
     if (!may_be_slow(motion)) return 0;
     const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_set_mode(motion);
-    if (begin_slow_axes(motion, undamped, &held, &slow[3])) {
-        const int count = slow[3].held ? 2 : 3;
-        sort_axes_by_damping(motion, axes);
-        for (int i = 0; i < count; i++) {
-            slow[i] = slow[3];
-            const int is_strong = slow[3].held
-                                      ? take_held_directions(&held, i, undamped, pull, &slow[i])
-                                      : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
-            if (!is_strong) continue;
-            if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
-            if (!strong) strong = &slow[i];
-        }
+    const int is_damped = begin_slow_axes(motion, undamped, &held, &slow[3]);
+    if (is_damped && p->has_tangents == 0.0) count = slow[3].held ? 2 : 3;
+    sort_axes_by_damping(motion, axes);
+    for (int i = 0; i < count; i++) {
+        slow[i] = slow[3];
+        const int is_strong = slow[3].held
+                                  ? take_held_directions(&held, i, undamped, pull, &slow[i])
+                                  : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
+        if (!is_strong) continue;
+        if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
+        if (!strong) strong = &slow[i];
     }
-    kr_taylor_set_rate(p, motion, usual_rate(p));
-    if (strong) *log2_tol = relative_tolerance(p, strong);
+    reset_rate(p, motion);
+    if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
+    if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
     return 0;
 }
 /* The size y of the angular velocity U relative to the support, with y^2 = <U, A U>, grows by at

@@ -361,6 +361,16 @@ static dd slope_at_end(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
+/* Returns 1 if the spin of a top that slides passes zero in a step by so little that find_limit
+ * ignores it. A spin that is zero at the start of the step is positive or rounded at its end. */
+static int passes_zero(const kr_series s[2], int order, double sliding)
+{
+    const double span = s->end - s->t;
+    if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
+    if (!(sliding * slope_at_end(s, order).hi * span < 0.0)) return 0;
+    const double at = refine_limit(s, order, 0.0, span).hi;
+    return at * span > 0.0 && fabs(at) <= fabs(span);
+}
 /* Sets the mode after a step that friction ends. `value` is the limit of lane 0 of W. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
@@ -386,7 +396,9 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
     const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);
-    const double part = fmin(first, second), span = s->end - s->t;
+    const double span = s->end - s->t;
+    double part = fmin(first, second);
+    if (slides && !(part < INFINITY) && passes_zero(s, n, p->sliding)) part = 1.0;
     if (part < INFINITY) {
         const double value = slides            ? 0.0
                              : first <= second ? -1.0
