@@ -166,18 +166,26 @@ static double held_size(const kr_series *s, const slow_axes *slow, int direction
     }
     return size;
 }
+/* Returns the size of U and W on the slow manifold. */
+static double held_velocity_size(const kr_series *s, const slow_axes *slow)
+{
+    double size = v_largest(velocity_without_slow(s, slow));
+    for (int i = 0; i < 2; i++)
+        if (slow->is_slow[i])
+            size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
+    return size;
+}
 /* Returns the least size of a slow velocity u_i that is not negligible. The u_i are combinations of
- * the components of W, which are rounded. */
+ * the components of W, whose rounding errors are relative to the largest one. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)
 {
-    double least = 1.0, most = v_largest(v_of(s->end_w + 1));
-    for (int i = 0; i < 2; i++) {
-        const double size = slow->is_slow[i] ? held_size(s, slow, i) : 0.0;
-        most = fmax(most, size);
-        if (size > 0.0) least = fmin(least, size);
-    }
-    least = fmax(fmin(fmax(least, NEGLIGIBLE * most), most), TINY_VELOCITY);
-    return fmax(least, ROUNDED * v_largest(velocity_without_slow(s, slow)));
+    const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));
+    double least = 1.0;
+    for (int i = 0; i < 2; i++)
+        if (slow->is_slow[i] && held_size(s, slow, i) > 0.0)
+            least = fmin(least, held_size(s, slow, i));
+    least = fmin(fmax(least, NEGLIGIBLE * most), fmax(most, size));
+    return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
 }
 /* Returns 1 if the motion is near the slow manifold, as is_near does. */
 static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)

@@ -126,15 +126,11 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
 {
     const NAME(directions) held = NAME(read_directions)(slow->held, rate);
     const double least = least_held_size(series, slow);
+    const double size = ROUNDED * held_velocity_size(series, slow);
     NAME(terms) s;
-    double moved = INFINITY, size = 0.0;
+    double moved = INFINITY;
     NAME(begin)(&s, slow, series);
-    for (int i = 0; i < 2; i++) {
-        s.c[ROW_R + i][0] = NAME(held_velocity)(&s, &held, series, i);
-        if (slow->is_slow[i]) size = fmax(size, held_size(series, slow, i));
-    }
-    size *= sqrt(fmax(slow->held->square[0], slow->held->square[1]));
-    size = fmax(size, 0.5 * ROUNDED * v_largest(velocity_without_slow(series, slow)));
+    for (int i = 0; i < 2; i++) s.c[ROW_R + i][0] = NAME(held_velocity)(&s, &held, series, i);
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve_held)(&s, slow, &held, order);
     if (moved > noise * size) return 0;
