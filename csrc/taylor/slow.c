@@ -306,7 +306,10 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_axes *slow, const slow_axes *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0);
-    const double noise = fmax(near * least_size(p->series, slow), TINY_VELOCITY);
+    /* is_near computes with doubles, and subtracts velocities if the support turns. */
+    const double most = v_largest(v_of(p->series->end_w + 1)),
+                 rounding = slow->turns || slow->held ? ROUNDING * most : TINY_VELOCITY,
+                 noise = fmax(near * least_size(p->series, slow), rounding);
     int exponent;
     if (!is_near(p->series, slow, noise)) return 0;
     frexp(slow->rate, &exponent);

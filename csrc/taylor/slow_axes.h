@@ -36,6 +36,8 @@ enum {
  * velocity of the support is rounded, so that U is not accurate below this fraction of it. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
+/* Differences of doubles may have errors of this fraction of their terms. */
+#define ROUNDING 0x1p-50
 
 /* The slow axes, which are the axes about which damping is strong, and rates in the units of the
  * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest

@@ -134,6 +134,8 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve_held)(&s, slow, &held, order);
     if (moved > noise * size) return 0;
+    /* The torque of friction may be far below the torques of which it is the sum. */
+    NAME(improve_held)(&s, slow, &held, order);
     for (int i = 0; i < 2; i++) {
         const number end = NAME(held_velocity)(&s, &held, series, i);
         const double off = fabs(high(minus(end, s.c[ROW_R + i][0]))),

@@ -17,6 +17,12 @@
 /* The interval in which a limit is reached is halved until its length is this fraction of the
  * step. */
 #define NARROW_PART 0x1p-30
+/* Newton's method then refines it. A change by FARTHEST_PART of the step leads away from the limit.
+ * A change by CONVERGED_PART of the step is the last one. */
+#define FARTHEST_PART 0x1p-20
+#define CONVERGED_PART 0x1p-50
+#define NEWTON_LEAST 3
+#define NEWTON_MOST 8
 /* Larger friction would overflow. At this limit, friction already stops the top in a time too short
  * for doubles to resolve. */
 #define MOST_FRICTION 1e250
@@ -322,11 +328,12 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
     return first_negative(b, order, 0.0, 1.0);
 }
 /* Returns the time since the start of the step at which lane 0 of W equals `value`, by Newton's
- * method from the time `near`. */
-static dd refine_limit(const kr_series s[2], int order, double value, double near)
+ * method from the time `near`. There lane 0 is beyond `value` by about `noise`. */
+static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
 {
+    const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
     dd h = dd_of(near);
-    for (int step = 0; step < 4; step++) {
+    for (int step = 0; step < NEWTON_MOST; step++) {
         dd sum = dd_of(0.0);
         double slope = 0.0;
         for (int i = order; i >= 0; i--) {
@@ -334,8 +341,10 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
             sum = dd_add(dd_mul(sum, h), dd_make(s[0].w[i][0], s[1].w[i][0]));
         }
         const dd off = dd_div(dd_sub(sum, dd_of(value)), dd_of(slope));
-        if (!(fabs(off.hi) <= 0x1p-20 * fabs(s->end - s->t))) break;
+        const double back = span < 0.0 ? -off.hi : off.hi;
+        if (!(back >= -far && back <= far + 2.0 * noise / fabs(slope))) break;
         h = dd_sub(h, off);
+        if (step >= NEWTON_LEAST && fabs(back) <= CONVERGED_PART * fabs(span)) break;
     }
     return h;
 }
@@ -363,12 +372,12 @@ static dd slope_at_end(const kr_series s[2], int order)
 }
 /* Returns 1 if the spin of a top that slides passes zero in a step by so little that find_limit
  * ignores it. A spin that is zero at the start of the step is positive or rounded at its end. */
-static int passes_zero(const kr_series s[2], int order, double sliding)
+static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
     if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
     if (!(sliding * slope_at_end(s, order).hi * span < 0.0)) return 0;
-    const double at = refine_limit(s, order, 0.0, span).hi;
+    const double at = refine_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
 /* Sets the mode after a step that friction ends. `value` is the limit of lane 0 of W. */
@@ -397,16 +406,16 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
     const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);
     const double span = s->end - s->t;
-    double part = fmin(first, second);
-    if (slides && !(part < INFINITY) && passes_zero(s, n, p->sliding)) part = 1.0;
+    const int passes = slides && !(first < INFINITY) && passes_zero(s, n, p->sliding, noise);
+    const double part = passes ? 1.0 : fmin(first, second);
     if (part < INFINITY) {
         const double value = slides            ? 0.0
                              : first <= second ? -1.0
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
-        dd h = refine_limit(s, n, value, part * span);
+        dd h = refine_limit(s, n, value, part * span, noise);
         /* The spin may have passed 0 by less than `noise` before the step. */
-        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span);
+        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
