@@ -257,6 +257,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
+    /* The recurrence does not write low words after the head, which refine_limit would read. */
+    for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
     s[1].t = s[1].end;
