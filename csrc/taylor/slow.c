@@ -297,34 +297,47 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise)
     return 1;
 }
 static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
-                       double near)
+                       double near, double *wait)
 {
     const double friction = kr_support_friction(motion, p->rate);
     return motion->digits > 16
-               ? deep_expand_held(p->series, slow, order, near, 0x1p-96, p->rate, friction)
-               : plain_expand_held(p->series, slow, order, near, 0x1p-48, p->rate, friction);
+               ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
+               : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
-static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
-                            const slow_axes *slow, const slow_axes *strong)
+/* Returns 1 if the difference of the motion from the slow manifold may be below `near`. */
+static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
 {
-    const double before = p->rate, near = exp2(p->log2_tol + 6.0);
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
     const double most = v_largest(v_of(p->series->end_w + 1)),
                  rounding = slow->turns || slow->held ? ROUNDING * most : TINY_VELOCITY,
                  noise = fmax(near * least_size(p->series, slow), rounding);
+    return is_near(p->series, slow, noise);
+}
+/* Makes a step on the slow manifold of some slow axes. `strong` is the largest set of slow axes if
+ * this set has been tried without success, otherwise NULL. */
+static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
+                            const slow_axes *slow, const slow_axes *strong)
+{
+    const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
+    double wait = 0.0;
     int exponent;
-    if (!is_near(p->series, slow, noise)) return 0;
+    if (!strong && clock < p->try_slow) return 0;
+    if (!may_be_near(p, slow, near)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
-    const int is_found =
-        KR_HAS_SUPPORTS && slow->held ? expand_held(p, motion, kernel->order, slow, near)
-        : motion->digits > 16         ? deep_expand(p->series, slow, kernel->order, near, 0x1p-96)
-                                      : plain_expand(p->series, slow, kernel->order, near, 0x1p-48);
-    if (is_found)
+    const int order = kernel->order,
+              is_found = KR_HAS_SUPPORTS && slow->held
+                             ? expand_held(p, motion, order, slow, near, &wait)
+                         : motion->digits > 16
+                             ? deep_expand(p->series, slow, order, near, 0x1p-96, &wait)
+                             : plain_expand(p->series, slow, order, near, 0x1p-48, &wait);
+    if (is_found) {
         end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
-    else
-        kr_taylor_set_rate(p, motion, before);
-    return is_found;
+        return 1;
+    }
+    if (!strong) p->try_slow = clock + PATIENCE * wait / p->rate;
+    kr_taylor_set_rate(p, motion, before);
+    return 0;
 }
 /* Sorts the axes by their rates of damping, in ascending order. */
 static void sort_axes_by_damping(const kr_motion *motion, int axes[3])

@@ -122,7 +122,7 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
 }
 /* Expands the motion of a held top on the slow manifold, as `expand` does for other tops. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
-                             double noise, double rate, double friction)
+                             double noise, double *wait, double rate, double friction)
 {
     const NAME(directions) held = NAME(read_directions)(slow->held, rate);
     const double least = least_held_size(series, slow);
@@ -139,8 +139,10 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
     for (int i = 0; i < 2; i++) {
         const number end = NAME(held_velocity)(&s, &held, series, i);
         const double off = fabs(high(minus(end, s.c[ROW_R + i][0]))),
-                     allowed = near * fmax(held_size(series, slow, i), least);
-        if (slow->is_slow[i] && off > fmax(allowed, TINY_VELOCITY)) return 0;
+                     allowed = fmax(near * fmax(held_size(series, slow, i), least), TINY_VELOCITY);
+        if (!slow->is_slow[i] || off <= allowed) continue;
+        *wait = log(off / allowed) / high(held.drag[i][i]);
+        return 0;
     }
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, ROW_U, n);
     NAME(write)(&s, order, series);

@@ -192,25 +192,27 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with the angular velocity on the
  * slow manifold. About each slow axis, the difference is at most `near` times the larger of
- * slow_size and least_size. */
+ * slow_size and least_size. Otherwise writes the time in which damping makes it as small. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
-                                const slow_axes *slow, double near)
+                                const slow_axes *slow, double near, double *wait)
 {
     const double least = least_size(series, slow);
     for (int i = 0; i < 3; i++) {
         const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
         const double off = fabs(high(minus(end, s->c[ROW_W + i][0]))),
                      size = fmax(slow_size(series, slow, i), least),
-                     allowed = slow->is_slow[i] ? near * size : INFINITY;
-        if (off > fmax(allowed, TINY_VELOCITY)) return 0;
+                     allowed = fmax(near * size, TINY_VELOCITY);
+        if (!slow->is_slow[i] || off <= allowed) continue;
+        *wait = log(off / allowed) / fabs(series->drag[1 + i]);
+        return 0;
     }
     return 1;
 }
 /* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
- * times the size of W. Returns 0 if the series does not end on the manifold, or if the iteration
- * does not converge. */
+ * times the size of W. Returns 0 if the iteration does not converge, or if the series does not end
+ * on the manifold. In the latter case writes the time after which it may. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
-                        double noise)
+                        double noise, double *wait)
 {
     NAME(terms) s;
     double moved = INFINITY, size = 0.0;
@@ -219,7 +221,7 @@ static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, d
         if (slow->is_slow[i]) size = fmax(size, slow_size(series, slow, i));
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve)(&s, slow, order);
-    if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near)) return 0;
+    if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near, wait)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, U_OF(slow), n);
     NAME(write)(&s, order, series);
     if (KR_HAS_SUPPORTS && slow->slides) NAME(write_spin)(&s, U_OF(slow), order, series);

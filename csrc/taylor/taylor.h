@@ -76,7 +76,7 @@ typedef struct kr_taylor {
      * the spin before that, 0 if the top was held from the start. */
     double sliding, before_hold;
     double held_rate; /* `rate` while large friction, which then does not count, holds the top */
-    double unused[1];
+    double try_slow;  /* clock before which the motion cannot reach the slow manifold (slow.h) */
 } kr_taylor;
 
 /* The functions of one order on one instruction set. */
