@@ -309,9 +309,9 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
 {
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
     const double most = v_largest(v_of(p->series->end_w + 1)),
-                 rounding = slow->turns || slow->held ? ROUNDING * most : TINY_VELOCITY,
+                 rounding = slow->turns || slow->held ? ROUNDING * most : 0.0,
                  noise = fmax(near * least_size(p->series, slow), rounding);
-    return is_near(p->series, slow, noise);
+    return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
 /* Makes a step on the slow manifold of some slow axes. `strong` is the largest set of slow axes if
  * this set has been tried without success, otherwise NULL. */

@@ -120,6 +120,24 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
+/* Returns 1 if the u_i at the end of a series agree with those on the slow manifold. Otherwise writes
+ * the time in which damping makes their difference as small as allowed. */
+static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
+                                     const slow_axes *slow, const NAME(directions) * held,
+                                     double least, double near, double *wait)
+{
+    double last = 0.0;
+    for (int i = 0; i < 2; i++) {
+        const number end = NAME(held_velocity)(s, held, series, i);
+        const double off = fabs(high(minus(end, s->c[ROW_R + i][0]))),
+                     size = fmax(near * held_size(series, slow, i), least),
+                     allowed = fmax(size, TINY_VELOCITY);
+        if (slow->is_slow[i] && !(off <= allowed))
+            last = fmax(last, log(off / allowed) / high(held->drag[i][i]));
+    }
+    if (last > 0.0) *wait = last;
+    return last == 0.0;
+}
 /* Expands the motion of a held top on the slow manifold, as `expand` does for other tops. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
@@ -133,17 +151,11 @@ static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int ord
     for (int i = 0; i < 2; i++) s.c[ROW_R + i][0] = NAME(held_velocity)(&s, &held, series, i);
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve_held)(&s, slow, &held, order);
+    *wait = 1.0 / high(held.drag[slow->is_slow[0] ? 0 : 1][slow->is_slow[0] ? 0 : 1]);
     if (moved > noise * size) return 0;
     /* The torque of friction may be far below the torques of which it is the sum. */
     NAME(improve_held)(&s, slow, &held, order);
-    for (int i = 0; i < 2; i++) {
-        const number end = NAME(held_velocity)(&s, &held, series, i);
-        const double off = fabs(high(minus(end, s.c[ROW_R + i][0]))),
-                     allowed = fmax(near * fmax(held_size(series, slow, i), least), TINY_VELOCITY);
-        if (!slow->is_slow[i] || off <= allowed) continue;
-        *wait = log(off / allowed) / high(held.drag[i][i]);
-        return 0;
-    }
+    if (!NAME(is_held_on_manifold)(&s, series, slow, &held, near * least, near, wait)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, ROW_U, n);
     NAME(write)(&s, order, series);
     NAME(write_grip)(&s, slow, &held, of(friction, 0.0), order, series);

@@ -197,20 +197,21 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
                                 const slow_axes *slow, double near, double *wait)
 {
     const double least = least_size(series, slow);
+    double last = 0.0;
     for (int i = 0; i < 3; i++) {
         const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
         const double off = fabs(high(minus(end, s->c[ROW_W + i][0]))),
                      size = fmax(slow_size(series, slow, i), least),
                      allowed = fmax(near * size, TINY_VELOCITY);
-        if (!slow->is_slow[i] || off <= allowed) continue;
-        *wait = log(off / allowed) / fabs(series->drag[1 + i]);
-        return 0;
+        if (slow->is_slow[i] && !(off <= allowed))
+            last = fmax(last, log(off / allowed) / fabs(series->drag[1 + i]));
     }
-    return 1;
+    if (last > 0.0) *wait = last;
+    return last == 0.0;
 }
 /* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
  * times the size of W. Returns 0 if the iteration does not converge, or if the series does not end
- * on the manifold. In the latter case writes the time after which it may. */
+ * on the manifold. Then writes a time after which this may change. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {
@@ -218,7 +219,10 @@ static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, d
     double moved = INFINITY, size = 0.0;
     NAME(begin)(&s, slow, series);
     for (int i = 0; i < 3; i++)
-        if (slow->is_slow[i]) size = fmax(size, slow_size(series, slow, i));
+        if (slow->is_slow[i]) {
+            size = fmax(size, slow_size(series, slow, i));
+            *wait = fmax(*wait, 1.0 / fabs(series->drag[1 + i]));
+        }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve)(&s, slow, order);
     if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near, wait)) return 0;
