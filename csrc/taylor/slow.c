@@ -424,6 +424,14 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
     return 0;
 }
+/* The squares of coefficient n - 1 of a series of order n overflow if W, in the unit of time of the
+ * series, is about 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)). */
+#define OVERFLOW_LEAST 5.0
+#define OVERFLOW_SHARE 512.0
+/* If the torque is below the fraction SMALL_TORQUE of that of damping, the least moment over the
+ * largest one, it changes the rate of growth by less than 1 - CERTAIN. */
+#define SMALL_TORQUE 0.0025
+#define CERTAIN 0.98
 /* The size y of the angular velocity U relative to the support, with y^2 = <U, A U>, grows by at
  * least `growth` y - `loss` backward in time. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
@@ -439,4 +447,22 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
+}
+/* Backward in time, damping D that is the same about all axes lets the momentum L of the body grow
+ * by D <W, A W> / L^2. Without torques, this rate does not decrease. A torque changes it little if L
+ * is large. */
+int kr_slow_overflows(const kr_motion *motion, int order, double until)
+{
+    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_vec3 A = motion->inertia, D = motion->damping, W = v_of(p->series->end_w + 1),
+                  L = v_times(A, W);
+    const double limit = exp2(OVERFLOW_LEAST + OVERFLOW_SHARE / (order - 1)), most = v_largest(A),
+                 least = fmin(A.x, fmin(A.y, A.z)), size = v_length(L);
+    if (motion->step >= 0.0 || p->series->linear != 1.0) return 0;
+    if (v_largest(W) > limit) return 1;
+    if (D.x != D.y || D.y != D.z || v_largest(motion->rotor) > 0.0 || !isfinite(until)) return 0;
+    const double growth = CERTAIN * D.x * (v_dot(W, L) / (size * size)),
+                 loss = largest_torque(motion) * most / least;
+    if (!(loss < SMALL_TORQUE * growth * size * p->rate)) return 0;
+    return size / most * exp(growth * fabs(until - motion->clock)) > limit;
 }

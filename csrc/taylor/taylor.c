@@ -253,6 +253,8 @@ static kr_status taylor_step(kr_motion *motion, double until)
     double log2_tol;
     if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
+    if (s->linear == 1.0 && kr_slow_overflows(motion, kernel_of_motion(motion)->order, until))
+        return KR_ERR_NOT_FINITE;
     /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {
