@@ -10,7 +10,8 @@
  * neglected part is of the order exp(-D t / A), where t is a typical time of the slow motion.
  * The error of this truncation is below the rounding errors (Fenichel 1979). Until the motion
  * reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
- * small W to which it decays. */
+ * small W to which it decays. A top with dry friction has two such manifolds. While it slides,
+ * friction is a constant torque. While friction holds it, slow_held.h replaces the axes. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"

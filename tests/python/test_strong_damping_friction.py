@@ -54,15 +54,22 @@ def follow_torque(scene, t):
     return found.y[:, -1] / np.linalg.norm(found.y[:, -1])
 
 
-@pytest.mark.parametrize("name", BODIES)
-@pytest.mark.parametrize("damping", [300.0, (40.0, 500.0, 90.0), (0.0, 400.0, 400.0)])
-def test_paths_agree_with_scipy(name, damping):
-    for friction, words in zip((0.02, 0.3, 5.0, 0.02), WORDS, strict=True):
-        scene = make_scene(name, damping=damping, friction=friction, **words)
-        q, m, _ = integrate_with_stops(scene, 0.5)
-        path = kr.solve(scene, [0.5])
-        assert kr.attitude_error(path.q[0], q) < 1e-9
-        assert np.abs(path.m[0] - m).max() < 1e-8
+@pytest.mark.parametrize(
+    "name, damping, friction, words",
+    [
+        ("general", 200.0, 0.02, {}),
+        ("tensor", (40.0, 200.0, 90.0), 0.3, WORDS[1]),
+        ("lagrange", (0.0, 200.0, 200.0), 0.02, WORDS[2]),
+        ("free", (40.0, 200.0, 90.0), 5.0, WORDS[3]),
+        ("spherical", (0.0, 200.0, 200.0), 0.02, WORDS[3]),
+    ],
+)
+def test_paths_agree_with_scipy(name, damping, friction, words):
+    scene = make_scene(name, damping=damping, friction=friction, **words)
+    q, m, _ = integrate_with_stops(scene, 0.4)
+    path = kr.solve(scene, [0.4])
+    assert kr.attitude_error(path.q[0], q) < 1e-9
+    assert np.abs(path.m[0] - m).max() < 1e-8
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.2, 2.0])
@@ -73,18 +80,28 @@ def test_the_limit_without_inertia(friction):
 
 
 @pytest.mark.parametrize("name", BODIES)
-@pytest.mark.parametrize("damping", [1e4, (2e3, 1e4, 300.0), (0.0, 1e4, 1e4), (1e4, 0.0, 0.0)])
+@pytest.mark.parametrize("damping", [(2e3, 1e4, 300.0), (0.0, 1e4, 1e4), (1e4, 0.0, 0.0)])
 def test_short_steps_give_the_same_path(name, damping):
     # A path with tangents does not use the slow manifold.
-    for friction, words in zip((0.3, 0.02, 5.0, 0.1), WORDS, strict=True):
+    for friction, words, digits in ((0.3, {}, 16), (0.02, WORDS[3], 30), (0.1, WORDS[3], 20)):
         scene = make_scene(name, damping=damping, friction=friction, **words)
-        for digits, allowed in ((16, 2e-15), (20, 1e-19), (30, 1e-28)):
-            path = kr.solve(scene, [0.3], "taylor", digits=digits)
-            short = kr.solve(scene, [0.3], "taylor", digits=digits, tangents="damping")
-            off = path.q - short.q
-            if digits > 16:
-                off += path.q_low - short.q_low
-            assert np.abs(off).max() < allowed, (friction, digits)
+        path = kr.solve(scene, [0.1], "taylor", digits=digits)
+        short = kr.solve(scene, [0.1], "taylor", digits=digits, tangents="damping")
+        off = path.q - short.q
+        if digits > 16:
+            off += path.q_low - short.q_low
+        assert np.abs(off).max() < {16: 2e-15, 20: 1e-19, 30: 1e-28}[digits]
+
+
+def test_a_stop_at_which_the_spin_changes_slowly():
+    # The spin reaches zero with a slope far below that of the friction.
+    body = kr.Body(1, (0.43, 0.43, 0.24), (0, 0, 0.5), unphysical=True, rotor=(0.1, -0.9, 0.2))
+    scene = kr.Scene(body, **START, damping=(22.0, 10.0, 7900.0), friction=1.4e-3)
+    stop = kr.solve(scene, 0.3, events=[kr.events.stopped()]).events.t[-1]
+    path = kr.solve(scene, [stop + 0.01], "taylor", digits=30)
+    short = kr.solve(scene, [stop + 0.01], "taylor", digits=30, tangents="damping")
+    off = (path.q - short.q) + (path.q_low - short.q_low)
+    assert np.abs(off).max() < 1e-28
 
 
 @pytest.mark.parametrize("damping", [1e6, 1e10, (1e6, 1e6, 0.0), (1e4, 1e9, 3e5)])
@@ -110,11 +127,12 @@ def test_a_slow_spin_is_kept_beside_strong_damping():
 
 def test_stops_and_slips_are_found_on_the_slow_manifold():
     found = kr.solve(SLIPS, 6.0, events=[kr.events.stopped()], max_steps=1500).events
-    _, _, changes = integrate_with_stops(SLIPS.replace(damping=(1e2, 2e1, 3e2)), 6.0)
-    assert len(found) > 2 and len(changes) > 2
+    assert len(found) > 2
     assert np.abs(kr.solve(SLIPS, found.t).spin).max() < 1e-15
     deep = kr.solve(SLIPS, 6.0, digits=30, events=[kr.events.stopped()]).events
     assert found.t == pytest.approx(deep.t, abs=1e-9)
+    spins = kr.solve(SLIPS, np.linspace(0.1, 6.0, 200)).spin
+    assert spins.min() < -1e-7 and spins.max() > 1e-7 and np.any(np.abs(spins) < 1e-15)
 
 
 def test_permuted_axes_give_the_same_path():
@@ -148,4 +166,4 @@ def test_backward_in_time_a_held_top_is_refused():
 def test_the_error_of_the_path_is_told():
     scene = make_scene(damping=1e4, friction=0.1, turning=TURNING)
     path, deep = (kr.solve(scene, [1.0], "taylor", digits=digits) for digits in (16, 30))
-    assert kr.attitude_error(path.q[0], deep.q[0]) <= path.error[-1] < 1e-12
+    assert kr.attitude_error(path.q[0], deep.q[0]) <= 4 * path.error < 1e-14

@@ -122,14 +122,6 @@ def test_events_on_the_way_are_found():
     assert np.abs(apex[:, 2] - height).max() < 1e-13
 
 
-def test_friction_keeps_the_short_steps():
-    top = scene(1e5, **BOTH, friction=0.1)
-    path = kr.solve(top, [0.01], max_steps=2000)
-    assert np.isfinite(path.q).all()
-    with pytest.raises(kr.Error):
-        kr.solve(top, [1.0], max_steps=100)
-
-
 def test_damping_that_drives_a_top_back_is_refused():
     with pytest.raises(ValueError, match="more turns than a double"):
         kr.solve(scene(1e5, **BOTH), -1.0, max_steps=1000)
