@@ -132,7 +132,8 @@ static double largest_torque(const kr_motion *motion)
     const kr_vec3 A = motion->inertia;
     const double turning = rate_of_turning(p), square = p->rate * p->rate,
                  pull = square * v_length(v_times(A, v_of(s->up + 1))),
-                 friction = s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
+                 friction =
+                     KR_HAS_SUPPORTS && s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
@@ -300,7 +301,7 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
                        double near, double *wait)
 {
-    const double friction = kr_support_friction(motion, p->rate);
+    const double friction = KR_HAS_SUPPORTS ? kr_support_friction(motion, p->rate) : 0.0;
     return motion->digits > 16
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);

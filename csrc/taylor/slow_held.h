@@ -191,7 +191,8 @@ static double least_held_size(const kr_series *s, const slow_axes *slow)
 static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const kr_vec3 O = v_of(s->turn + 1), W = v_of(s->end_w + 1),
-                  rate = v_sub(kr_support_acceleration(s), v_cross(O, W));
+                  gained = KR_HAS_SUPPORTS ? kr_support_acceleration(s) : W,
+                  rate = v_sub(gained, v_cross(O, W));
     double off[2];
     for (int i = 0; i < 2; i++)
         off[i] = v_dot(high_words(slow->held->weight[i]), rate) / held_drag(s, slow, i);

@@ -26,8 +26,8 @@ static NAME(directions) NAME(read_directions)(const held_directions *held, doubl
 static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
 {
     for (int j = 0; j < 3; j++) {
-        const number one = mul(held->v[0][j], s->c[ROW_R][n]),
-                     other = mul(held->v[1][j], s->c[ROW_R + 1][n]);
+        const number one = mul(held->v[0][j], NAME(row)(s, ROW_R)[n]),
+                     other = mul(held->v[1][j], NAME(row)(s, ROW_R + 1)[n]);
         s->c[ROW_U + j][n] = add(one, other);
         s->c[ROW_W + j][n] = add(s->c[ROW_O + j][n], s->c[ROW_U + j][n]);
     }

@@ -9,6 +9,8 @@ typedef struct NAME(terms) {
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
 
+/* Returns a row. Without supports there are fewer rows, and no calls for the others. */
+static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of rows `a` and `b`. */
 static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
 {
@@ -125,7 +127,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 /* Sets the coefficients of G: the constant part, and a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
-    number *g = s->c[ROW_G], sine = of(from[0].sway[1], from[1].sway[1]);
+    number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);
     const number rate = of(from[0].sway[2], from[1].sway[2]);
     g[0] = of(from[0].sway[0], from[1].sway[0]);
     for (int n = 1; n <= KR_TAYLOR_MAX; n++) {
