@@ -391,8 +391,8 @@ static void reset_rate(kr_taylor *p, const kr_motion *motion)
     if (p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
-/* Returns log2 of a tolerance of steps that are not on the slow manifold. Their unit of time is that
- * of damping, but W is only as large as the other rates allow. */
+/* Returns log2 of a tolerance of steps that are not on the slow manifold. Their unit of time is
+ * that of damping, but W is only as large as the other rates allow. */
 static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -451,8 +451,8 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
 /* Backward in time, damping D that is the same about all axes lets the momentum L of the body grow
- * by D <W, A W> / L^2. Without torques, this rate does not decrease. A torque changes it little if L
- * is large. */
+ * by D <W, A W> / L^2. Without torques, this rate does not decrease. A torque changes it little if
+ * L is large. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

@@ -38,8 +38,8 @@ enum {
 #define ROUNDED 0.25
 /* Differences of doubles may have errors of this fraction of their terms. */
 #define ROUNDING 0x1p-50
-/* After this part of the time in which damping takes the motion to the slow manifold, it is compared
- * with the manifold again. */
+/* After this part of the time in which damping takes the motion to the slow manifold, it is
+ * compared with the manifold again. */
 #define PATIENCE 0.5
 
 /* The slow axes, which are the axes about which damping is strong, and rates in the units of the

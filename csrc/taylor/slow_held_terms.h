@@ -120,8 +120,8 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
-/* Returns 1 if the u_i at the end of a series agree with those on the slow manifold. Otherwise writes
- * the time in which damping makes their difference as small as allowed. */
+/* Returns 1 if the u_i at the end of a series agree with those on the slow manifold. Otherwise
+ * writes the time in which damping makes their difference as small as allowed. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)

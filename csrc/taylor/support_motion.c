@@ -250,15 +250,15 @@ static void remove_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
 /* Sets the mode of a top without spin: held if friction can hold it, otherwise sliding. `needed` is
- * the torque that friction has to balance, relative to its limit. The top slides in the direction of
- * this torque or, backward in time, against it. */
+ * the torque that friction has to balance, relative to its limit. The top slides in the direction
+ * of this torque or, backward in time, against it. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the spin that counts as zero, in the unit of time of the series. This unit may be the time
- * of damping, which can be far below that of all other effects. */
+/* Returns the spin that counts as zero, in the unit of time of the series. This unit may be the
+ * time of damping, which can be far below that of all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -396,8 +396,8 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
-/* Ends the step where friction stops the top, or can no longer hold it. A spin below NEGLIGIBLE_SPIN
- * times `unit` counts as zero. */
+/* Ends the step where friction stops the top, or can no longer hold it. A spin below
+ * NEGLIGIBLE_SPIN times `unit` counts as zero. */
 static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                                  double unit)
 {
