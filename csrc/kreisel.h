@@ -131,10 +131,10 @@ typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
-    /* Linear damping, as by air that rotates with the support: the torque along each principal axis
-     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping [M
-     * L^2 T^-1]. Strong damping needs short steps only if there are tangents, a rotor, a moving
-     * support or friction, or if time runs backward. */
+    /* Linear damping, as by air that turns with the support: the torque along each principal axis
+     * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
+     * [M L^2 T^-1]. Strong damping costs no more steps than the slow motion that remains, unless
+     * there are tangents or time runs backward. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
      * except m, are relative to the support. */

@@ -10,58 +10,16 @@
  * neglected part is of the order exp(-D t / A), where t is a typical time of the slow motion.
  * The error of this truncation is below the rounding errors (Fenichel 1979). Until the motion
  * reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
- * small W to which it decays. */
+ * small W to which it decays. A top with dry friction has two such manifolds. While it slides,
+ * friction is a constant torque. While friction holds it, slow_held.h replaces the axes. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
 #include "slow.h"
+#include "slow_axes.h"
+#include "slow_held.h"
 #include "support_motion.h"
 
-/* Only moving supports have rows for U, O, G and G P. */
-enum {
-    ROW_Q = 0,
-    ROW_P = 4,
-    ROW_W = 7,
-    ROWS_AT_REST = 10,
-    ROW_U = 10,
-    ROW_O = 13,
-    ROW_G = 16,
-    ROW_GP = 17,
-    ROWS = KR_HAS_SUPPORTS ? 20 : ROWS_AT_REST,
-    SWEEPS = 64
-};
-/* The rows of U and of G P. */
-#define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
-#define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
-/* Damping about some axes is strong if its rate exceeds all other rates by this factor.
- * STRONG_ALONE is the factor if damping is strong about all three axes, because the other rates are
- * then only those of the undamped motion. */
-#define STRONG 256.0
-#define STRONG_ALONE 32.0
-/* An angular velocity below this fraction of the rate of damping counts as zero. */
-#define TINY_VELOCITY 0x1p-400
-#define LOG2_AT_REST 900.0
-/* An angular velocity below this fraction of the largest one need not be accurate. The angular
- * velocity of the support is rounded, so that U is not accurate below this fraction of it. */
-#define NEGLIGIBLE 0x1p-64
-#define ROUNDED 0.25
-
-/* The slow axes, which are the axes about which damping is strong, and rates in the units of the
- * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest
- * rate at which a top falls there. */
-typedef struct slow_axes {
-    int is_slow[3], has_rotor, turns, shakes;
-    double rate, fall;
-    /* The response of the angular velocities about the slow axes to a torque. Each torque is such
-     * that without the rotor, which couples the axes, its angular velocity would be 1. */
-    double gain[3][3];
-} slow_axes;
-
-/* Returns the angular velocity of the support about an axis. */
-static double turning_about(const kr_series *s, const slow_axes *slow, int axis)
-{
-    return KR_HAS_SUPPORTS && slow->turns ? s->turn[axis + 1] : 0.0;
-}
 /* Returns the derivative of the angular velocity of the support about an axis of the body. */
 static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
 {
@@ -79,11 +37,6 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns the largest size of G. */
-static double largest_pull(const kr_series *s)
-{
-    return KR_HAS_SUPPORTS && s->linear > 1.0 ? fabs(s->sway[3]) + fabs(s->sway_most) : 1.0;
-}
 /* Returns the size of the angular velocity about a slow axis relative to the support, as determined
  * by the torques about the slow axes. The product of the velocities about two slow axes is left out
  * on a support that does not turn, because it is smaller than both. */
@@ -96,10 +49,11 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
         const int i = a + 1, j = (a + 1) % 3, k = (a + 2) % 3;
         if (!slow->is_slow[a] || slow->gain[axis][a] == 0.0) continue;
         const int is_small = slow->is_slow[j] && slow->is_slow[k] && !slow->turns;
-        const double turning = is_small ? 0.0 : s->k[i] * w[j] * w[k];
+        const double turning = is_small ? 0.0 : s->k[i] * w[j] * w[k],
+                     rub = slow->slides ? s->rub[i] : 0.0;
         size += fabs(slow->gain[axis][a]) *
                 (most * (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k])) + fabs(turning) +
-                 fabs(turning_rate(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
+                 fabs(rub) + fabs(turning_rate(s, slow, a)) + fabs(rotor_torque(s, slow, a))) /
                 fabs(s->drag[i]);
     }
     return size;
@@ -110,6 +64,7 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
+    if (KR_HAS_SUPPORTS && slow->held) return least_held_size(s, slow);
     for (int i = 0; i < 3; i++) {
         const double size = slow->is_slow[i] ? slow_size(s, slow, i) : 0.0;
         most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
@@ -130,6 +85,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #define mul(a, b) ((a) * (b))
 #define over(a, b) ((a) / (b))
 #include "slow_terms.h"
+#include "slow_held_terms.h"
 #undef number
 #undef NAME
 #undef of
@@ -149,6 +105,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #define mul dd_mul
 #define over dd_div
 #include "slow_terms.h"
+#include "slow_held_terms.h"
 
 /* Returns an upper bound of the rates of the support, and of those that the energy allows without
  * damping. */
@@ -165,8 +122,8 @@ static double rate_of_turning(const kr_taylor *p)
     const kr_series *s = p->series;
     return KR_HAS_SUPPORTS && s->linear > 1.0 ? p->rate * v_length(v_of(s->turn + 1)) : 0.0;
 }
-/* Returns an upper bound of the torque of the weight and, on a support that turns, of that on a top
- * at rest relative to it. */
+/* Returns an upper bound of the torque of the weight, of the friction of a top that slides, and, on
+ * a support that turns, of the torque on a top at rest relative to it. */
 static double largest_torque(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -174,8 +131,10 @@ static double largest_torque(const kr_motion *motion)
     if (!KR_HAS_SUPPORTS || s->linear == 1.0) return v_length(motion->lever);
     const kr_vec3 A = motion->inertia;
     const double turning = rate_of_turning(p), square = p->rate * p->rate,
-                 pull = square * v_length(v_times(A, v_of(s->up + 1)));
-    return pull * largest_pull(s) +
+                 pull = square * v_length(v_times(A, v_of(s->up + 1))),
+                 friction =
+                     KR_HAS_SUPPORTS && s->slides != 0.0 ? kr_support_friction(motion, 1.0) : 0.0;
+    return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
 /* Inverts a matrix with ones on its diagonal. Row i has `ahead` in column i + 1 and `behind` in
@@ -204,28 +163,36 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     double D[3], h[3], ahead[3], behind[3];
     v_put(D, motion->damping);
     v_put(h, motion->rotor);
-    slow->has_rotor = v_largest(motion->rotor) > 0.0;
     for (int i = 0; i < 3; i++) {
         ahead[i] = h[(i + 2) % 3] / D[i];
         behind[i] = -h[(i + 1) % 3] / D[i];
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Marks as slow all axes whose rate of damping is not below the rate of axis `least`. Returns 1 if
- * damping is strong about all these axes. */
-static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
+/* Returns the largest rate at which the rotor changes the angular velocity about the axes that are
+ * not slow: by the rotor's torque along a slow axis, and by the slow velocities that follow. */
+static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
 {
-    const kr_series *s = ((const kr_taylor *)motion->work)->series;
-    const int moves = KR_HAS_SUPPORTS && s->linear > 1.0, shakes = moves && s->shakes != 0.0;
-    const double shaking = shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
-    const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
+    const kr_vec3 A = motion->inertia;
+    const double least = fmin(A.x, fmin(A.y, A.z)), carried = v_length(motion->rotor);
+    const int count = slow->is_slow[0] + slow->is_slow[1] + slow->is_slow[2];
+    double h[3], direct = 0.0;
+    v_put(h, motion->rotor);
+    for (int i = 0; i < 3; i++)
+        if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
+    return fmax(direct, carried / weakest * carried) / least;
+}
+/* Marks as slow all axes whose rate of damping is not below the rate of axis `least`. Returns 1 if
+ * damping is strong about all these axes. `undamped` and `pull` bound the other rates and the
+ * torque. */
+static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
+                          slow_axes *slow)
+{
     double A[3], D[3], others = undamped, weakest = INFINITY;
+    const double shaking = slow->fall;
     int count = 0;
     v_put(A, motion->inertia);
     v_put(D, motion->damping);
-    slow->turns = moves && s->turns != 0.0;
-    slow->shakes = shakes;
-    slow->fall = shaking;
     for (int i = 0; i < 3; i++) {
         slow->is_slow[i] = D[i] / A[i] >= D[least] / A[least];
         count += slow->is_slow[i];
@@ -235,8 +202,7 @@ static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, 
             others = fmax(others, D[i] / A[i]);
         slow->fall = fmax(slow->fall, slow->is_slow[i] ? pull / D[i] : sqrt(pull / A[i]));
     }
-    /* The rotor turns the velocity about an axis that is not slow. */
-    if (count < 3) others = fmax(others, v_length(motion->rotor) / fmin(A[0], fmin(A[1], A[2])));
+    if (count < 3) others = fmax(others, rotor_rate(motion, slow, weakest));
     slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : shaking);
     if (!(D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others)) return 0;
     set_gain(motion, slow);
@@ -248,7 +214,10 @@ static void scale_series(kr_series s[2], double longer)
     for (int i = 0; i < 2; i++) {
         s[i].t *= longer;
         s[i].end *= longer;
-        for (int k = 0; k < 4; k++) s[i].end_w[k] /= longer;
+        for (int k = 0; k < 4; k++) {
+            s[i].end_w[k] /= longer;
+            s[i].rub[k] /= longer * longer;
+        }
     }
 }
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
@@ -290,6 +259,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
     double step = log2_step(s, order, log2_tol);
     if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
+    /* The recurrence does not write low words after the head, which refine_limit would read. */
+    for (int n = head + 1; n <= order; n++) s[1].w[n][0] = 0.0;
     const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
     s[0].t = s[0].end;
     s[1].t = s[1].end;
@@ -309,11 +280,13 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise)
     const double *p = s->end_x + 5, *w = s->end_w + 1;
     const double G = KR_HAS_SUPPORTS && slow->shakes ? s->sway[3] + s->sway[0] : 1.0;
     double alone[3];
+    if (KR_HAS_SUPPORTS && slow->held) return is_held_near(s, slow, noise);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k];
+        const double weight = s->up[i + 1] * p[j] + s->down[i + 1] * p[k],
+                     rub = slow->slides ? s->rub[i + 1] : 0.0;
         alone[i] = (turning_rate(s, slow, i) -
-                    (s->k[i + 1] * w[j] * w[k] + G * weight + rotor_torque(s, slow, i))) /
+                    (s->k[i + 1] * w[j] * w[k] + G * weight + rub + rotor_torque(s, slow, i))) /
                    s->drag[i + 1];
     }
     for (int i = 0; i < 3; i++) {
@@ -325,23 +298,48 @@ static int is_near(const kr_series *s, const slow_axes *slow, double noise)
     }
     return 1;
 }
+static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const slow_axes *slow,
+                       double near, double *wait)
+{
+    const double friction = KR_HAS_SUPPORTS ? kr_support_friction(motion, p->rate) : 0.0;
+    return motion->digits > 16
+               ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
+               : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
+}
+/* Returns 1 if the difference of the motion from the slow manifold may be below `near`. */
+static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
+{
+    /* is_near computes with doubles, and subtracts velocities if the support turns. */
+    const double most = v_largest(v_of(p->series->end_w + 1)),
+                 rounding = slow->turns || slow->held ? ROUNDING * most : 0.0,
+                 noise = fmax(near * least_size(p->series, slow), rounding);
+    return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
+}
+/* Makes a step on the slow manifold of some slow axes. `strong` is the largest set of slow axes if
+ * this set has been tried without success, otherwise NULL. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
 {
-    const double before = p->rate, near = exp2(p->log2_tol + 6.0);
-    const double noise = fmax(near * least_size(p->series, slow), TINY_VELOCITY);
+    const double before = p->rate, near = exp2(p->log2_tol + 6.0), clock = p->series->end / p->rate;
+    double wait = 0.0;
     int exponent;
-    if (!is_near(p->series, slow, noise)) return 0;
+    if (!strong && clock < p->try_slow) return 0;
+    if (!may_be_near(p, slow, near)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) kr_taylor_set_rate(p, motion, ldexp(1.0, exponent));
-    const int is_found = motion->digits > 16
-                             ? deep_expand(p->series, slow, kernel->order, near, 0x1p-96)
-                             : plain_expand(p->series, slow, kernel->order, near, 0x1p-48);
-    if (is_found)
+    const int order = kernel->order,
+              is_found = KR_HAS_SUPPORTS && slow->held
+                             ? expand_held(p, motion, order, slow, near, &wait)
+                         : motion->digits > 16
+                             ? deep_expand(p->series, slow, order, near, 0x1p-96, &wait)
+                             : plain_expand(p->series, slow, order, near, 0x1p-48, &wait);
+    if (is_found) {
         end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
-    else
-        kr_taylor_set_rate(p, motion, before);
-    return is_found;
+        return 1;
+    }
+    if (!strong) p->try_slow = clock + PATIENCE * wait / p->rate;
+    kr_taylor_set_rate(p, motion, before);
+    return 0;
 }
 /* Sorts the axes by their rates of damping, in ascending order. */
 static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
@@ -362,30 +360,80 @@ static int may_be_slow(const kr_motion *motion)
     const kr_taylor *p = (const kr_taylor *)motion->work;
     const kr_series *s = p->series;
     const double *w = s->end_w + 1, *drag = s->drag + 1;
-    if (s->linear == 0.0 || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
+    if (s->linear == 0.0 || motion->step < 0.0) return 0;
     if (!KR_HAS_SUPPORTS || s->linear == 1.0) return 1;
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
+}
+/* Sets what all sets of slow axes have in common. Returns 0 if damping is not strong. */
+static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
+                           slow_axes *slow)
+{
+    const kr_series *s = ((const kr_taylor *)motion->work)->series;
+    const int moves = KR_HAS_SUPPORTS && s->linear > 1.0;
+    const kr_vec3 ratio = v_over(motion->damping, motion->inertia);
+    if (!(v_largest(ratio) > STRONG_ALONE * undamped)) return 0;
+    memset(slow, 0, sizeof *slow);
+    slow->has_rotor = v_largest(motion->rotor) > 0.0;
+    slow->turns = moves && s->turns != 0.0;
+    slow->shakes = moves && s->shakes != 0.0;
+    slow->slides = moves && s->slides != 0.0;
+    slow->fall = slow->shakes ? motion->time_unit * motion->scene->shaking.rate : 0.0;
+    if (!moves || s->holds == 0.0) return 1;
+    find_held_directions(motion, held);
+    slow->held = held;
+    return 1;
+}
+/* Sets the unit of time of steps that are not on the slow manifold. */
+static void reset_rate(kr_taylor *p, const kr_motion *motion)
+{
+    const int is_held = KR_HAS_SUPPORTS && p->series->linear > 1.0 && p->series->holds != 0.0;
+    if (p->has_tangents != 0.0) return;
+    kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
+}
+/* Returns log2 of a tolerance of steps that are not on the slow manifold. Their unit of time is
+ * that of damping, but W is only as large as the other rates allow. */
+static double tolerance_of_transient(const kr_taylor *p, double undamped)
+{
+    return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
 }
 int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 {
     kr_taylor *p = (kr_taylor *)motion->work;
     const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
     const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
-    slow_axes slow[3];
-    int axes[3];
+    slow_axes slow[4];
+    held_directions held;
+    int axes[3], count = 0;
     *log2_tol = p->log2_tol;
     if (!may_be_slow(motion)) return 0;
+    const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
+    if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_set_mode(motion);
+    const int is_damped = begin_slow_axes(motion, undamped, &held, &slow[3]);
+    if (is_damped && p->has_tangents == 0.0) count = slow[3].held ? 2 : 3;
     sort_axes_by_damping(motion, axes);
-    for (int i = 0; i < 3; i++) {
-        if (!take_slow_axes(motion, velocity, axes[i], &slow[i])) continue;
+    for (int i = 0; i < count; i++) {
+        slow[i] = slow[3];
+        const int is_strong = slow[3].held
+                                  ? take_held_directions(&held, i, undamped, pull, &slow[i])
+                                  : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
+        if (!is_strong) continue;
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
     }
-    kr_taylor_set_rate(p, motion, fmax(p->rate, p->first_rate));
-    if (strong) *log2_tol = relative_tolerance(p, strong);
+    reset_rate(p, motion);
+    if (is_damped) *log2_tol = tolerance_of_transient(p, undamped);
+    if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
     return 0;
 }
+/* The squares of coefficient n - 1 of a series of order n overflow if W, in the unit of time of the
+ * series, is about 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)). */
+#define OVERFLOW_LEAST 5.0
+#define OVERFLOW_SHARE 512.0
+/* If the torque is below the fraction SMALL_TORQUE of that of damping, the least moment over the
+ * largest one, it changes the rate of growth by less than 1 - CERTAIN. */
+#define SMALL_TORQUE 0.0025
+#define CERTAIN 0.98
 /* The size y of the angular velocity U relative to the support, with y^2 = <U, A U>, grows by at
  * least `growth` y - `loss` backward in time. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
@@ -401,4 +449,22 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     const double y = sqrt(v_dot(v_times(A, W), W)) - sqrt(most) * turning - loss / growth;
     if (!(growth > 0.0 && y > 0.0)) return 0;
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
+}
+/* Backward in time, damping D that is the same about all axes lets the momentum L of the body grow
+ * by D <W, A W> / L^2. Without torques, this rate does not decrease. A torque changes it little if
+ * L is large. */
+int kr_slow_overflows(const kr_motion *motion, int order, double until)
+{
+    const kr_taylor *p = (const kr_taylor *)motion->work;
+    const kr_vec3 A = motion->inertia, D = motion->damping, W = v_of(p->series->end_w + 1),
+                  L = v_times(A, W);
+    const double limit = exp2(OVERFLOW_LEAST + OVERFLOW_SHARE / (order - 1)), most = v_largest(A),
+                 least = fmin(A.x, fmin(A.y, A.z)), size = v_length(L);
+    if (motion->step >= 0.0 || p->series->linear != 1.0) return 0;
+    if (v_largest(W) > limit) return 1;
+    if (D.x != D.y || D.y != D.z || v_largest(motion->rotor) > 0.0 || !isfinite(until)) return 0;
+    const double growth = CERTAIN * D.x * (v_dot(W, L) / (size * size)),
+                 loss = largest_torque(motion) * most / least;
+    if (!(loss < SMALL_TORQUE * growth * size * p->rate)) return 0;
+    return size / most * exp(growth * fabs(until - motion->clock)) > limit;
 }

@@ -10,4 +10,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol);
 /* Returns 1 if the top turns by more than 2^53 rad until the clock is `until`. This can happen
  * backward in time, where damping accelerates the top. */
 int kr_slow_drives_apart(const kr_motion *motion, double until);
+/* Returns 1 if a damped top turns too fast for a series of this order, or is bound to do so until
+ * the clock is `until`. This can happen backward in time. */
+int kr_slow_overflows(const kr_motion *motion, int order, double until);
 #endif

@@ -5,10 +5,12 @@
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
-    number k[3], up[3], down[3], drag[3];
+    number k[3], up[3], down[3], drag[3], rub[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
 
+/* Returns a row. Without supports there are fewer rows, and no calls for the others. */
+static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
 /* Returns the n-th coefficient of the product of rows `a` and `b`. */
 static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
 {
@@ -28,6 +30,7 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     const int p = GP_OF(slow);
     const number weight = add(mul(s->up[axis], s->c[p + j][n]), mul(s->down[axis], s->c[p + k][n]));
     number sum = add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
+    if (n == 0 && slow->slides) sum = add(sum, s->rub[axis]);
     if (!slow->has_rotor) return sum;
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
@@ -124,7 +127,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 /* Sets the coefficients of G: the constant part, and a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
-    number *g = s->c[ROW_G], sine = of(from[0].sway[1], from[1].sway[1]);
+    number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);
     const number rate = of(from[0].sway[2], from[1].sway[2]);
     g[0] = of(from[0].sway[0], from[1].sway[0]);
     for (int n = 1; n <= KR_TAYLOR_MAX; n++) {
@@ -143,6 +146,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
     NAME(read_vector)(s->up, from[0].up, from[1].up);
     NAME(read_vector)(s->down, from[0].down, from[1].down);
     NAME(read_vector)(s->drag, from[0].drag, from[1].drag);
+    NAME(read_vector)(s->rub, from[0].rub, from[1].rub);
     NAME(read_vector)(s->ahead, from[0].shift, from[1].shift);
     NAME(read_vector)(s->behind, from[0].shift + 4, from[1].shift + 4);
     for (int i = 0; i < 3 && slow->has_rotor; i++) {
@@ -154,7 +158,7 @@ static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series 
         s->c[ROW_P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
         s->c[ROW_W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
     }
-    if (KR_HAS_SUPPORTS && slow->turns)
+    if (KR_HAS_SUPPORTS && (slow->turns || slow->held))
         for (int i = 0; i < 3; i++) {
             s->c[ROW_O + i][0] = of(from[0].turn[1 + i], from[1].turn[1 + i]);
             s->c[ROW_U + i][0] = minus(s->c[ROW_W + i][0], s->c[ROW_O + i][0]);
@@ -177,37 +181,55 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
             *lo = low(value);
         }
 }
+/* Writes the spin of a top that slides. */
+static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series to[2])
+{
+    for (int n = 0; n <= order; n++) {
+        number sum = of(0.0, 0.0);
+        for (int i = 0; i < 3; i++)
+            sum = add(sum, mul(of(to[0].apex[1 + i], to[1].apex[1 + i]), s->c[u + i][n]));
+        to[0].w[n][0] = high(sum);
+        to[1].w[n][0] = low(sum);
+    }
+}
 /* Returns 1 if the angular velocity at the end of a series agrees with the angular velocity on the
  * slow manifold. About each slow axis, the difference is at most `near` times the larger of
- * slow_size and least_size. */
+ * slow_size and least_size. Otherwise writes the time in which damping makes it as small. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
-                                const slow_axes *slow, double near)
+                                const slow_axes *slow, double near, double *wait)
 {
     const double least = least_size(series, slow);
+    double last = 0.0;
     for (int i = 0; i < 3; i++) {
         const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
         const double off = fabs(high(minus(end, s->c[ROW_W + i][0]))),
                      size = fmax(slow_size(series, slow, i), least),
-                     allowed = slow->is_slow[i] ? near * size : INFINITY;
-        if (off > fmax(allowed, TINY_VELOCITY)) return 0;
+                     allowed = fmax(near * size, TINY_VELOCITY);
+        if (slow->is_slow[i] && !(off <= allowed))
+            last = fmax(last, log(off / allowed) / fabs(series->drag[1 + i]));
     }
-    return 1;
+    if (last > 0.0) *wait = last;
+    return last == 0.0;
 }
 /* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
- * times the size of W. Returns 0 if the series does not end on the manifold, or if the iteration
- * does not converge. */
+ * times the size of W. Returns 0 if the iteration does not converge, or if the series does not end
+ * on the manifold. Then writes a time after which this may change. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
-                        double noise)
+                        double noise, double *wait)
 {
     NAME(terms) s;
     double moved = INFINITY, size = 0.0;
     NAME(begin)(&s, slow, series);
     for (int i = 0; i < 3; i++)
-        if (slow->is_slow[i]) size = fmax(size, slow_size(series, slow, i));
+        if (slow->is_slow[i]) {
+            size = fmax(size, slow_size(series, slow, i));
+            *wait = fmax(*wait, 1.0 / fabs(series->drag[1 + i]));
+        }
     for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
         moved = NAME(improve)(&s, slow, order);
-    if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near)) return 0;
+    if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near, wait)) return 0;
     for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, U_OF(slow), n);
     NAME(write)(&s, order, series);
+    if (KR_HAS_SUPPORTS && slow->slides) NAME(write_spin)(&s, U_OF(slow), order, series);
     return 1;
 }

@@ -17,8 +17,14 @@
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
 /* Bisection stops when the interval in which a limit is reached is this fraction of the step. */
 #define NARROW_PART 0x1p-30
-/* Larger values of the friction are reduced to this limit, to avoid overflow. Even at the limit,
- * friction stops the top in a time too short for doubles to resolve. */
+/* Newton's method then refines it. A change by FARTHEST_PART of the step leads away from the limit.
+ * A change by CONVERGED_PART of the step is the last one. */
+#define FARTHEST_PART 0x1p-20
+#define CONVERGED_PART 0x1p-50
+#define NEWTON_LEAST 3
+#define NEWTON_MOST 8
+/* Larger friction would overflow. At this limit, friction already stops the top in a time too short
+ * for doubles to resolve. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -208,8 +214,7 @@ void kr_support_place(kr_series s[2], const kr_motion *motion, double rate)
     if (s->shakes != 0.0) set_sway(s, motion, rate);
 }
 
-/* Returns the derivative of W at the end of the last step, without friction. */
-static kr_vec3 free_acceleration(const kr_series *s)
+kr_vec3 kr_support_acceleration(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), P = v_of(s->end_x + 5), U = v_sub(W, v_of(s->turn + 1));
     const double G = s->shakes != 0.0 ? s->sway[3] + s->sway[0] : 1.0;
@@ -227,7 +232,7 @@ static kr_vec3 free_acceleration(const kr_series *s)
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
-    return v_dot(v_of(s->apex + 1), v_sub(free_acceleration(s), v_cross(O, W)));
+    return v_dot(v_of(s->apex + 1), v_sub(kr_support_acceleration(s), v_cross(O, W)));
 }
 /* Returns the spin at the end of the last step. */
 static dd spin_at_end(const kr_series s[2])
@@ -245,17 +250,22 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Decides whether a top without spin is held by friction or slides. A sliding top moves in the
- * direction of the torque, or against it if time runs backward. */
-static void decide_hold(kr_taylor *p, const kr_motion *motion)
+/* Sets the mode of a top without spin: held if friction can hold it, otherwise sliding. `needed` is
+ * the torque that friction has to balance, relative to its limit. The top slides in the direction
+ * of this torque or, backward in time, against it. */
+static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
-    const kr_series *s = p->series;
-    const double rate = free_spin_rate(s), needed = fabs(rate) * s->per_grip;
-    p->sliding = needed <= 1.0 ? 0.0 : (rate > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
+    const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
+    p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
+/* Returns the spin that counts as zero, in the unit of time of the series. This unit may be the
+ * time of damping, which can be far below that of all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
-    return motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN;
+    const kr_taylor *p = taylor_of(motion);
+    const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
+    const double part = fmin(1.0, 2.0 * kr_support_rate(motion, W, 0) / p->rate);
+    return part * (motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN);
 }
 void kr_support_start(const kr_motion *motion)
 {
@@ -279,7 +289,7 @@ void kr_support_start(const kr_motion *motion)
     remove_spin(s);
     memcpy(s[0].w[0], s[0].end_w, sizeof s->end_w);
     memcpy(s[1].w[0], s[1].end_w, sizeof s->end_w);
-    decide_hold(p, motion);
+    decide_hold(p, motion, free_spin_rate(s) * s->per_grip);
 }
 
 /* Returns the first point in [low, high] at which a polynomial becomes negative, with resolution
@@ -318,12 +328,13 @@ static double find_limit(const kr_series *s, int order, double sign, double cons
         for (int i = order; i >= k; i--) b[i] += b[i - 1];
     return first_negative(b, order, 0.0, 1.0);
 }
-/* Returns the time since the beginning of the step at which lane 0 of W equals `value`. Newton's
- * method starts from the time `near`. */
-static dd refine_limit(const kr_series s[2], int order, double value, double near)
+/* Returns the time since the start of the step at which lane 0 of W equals `value`, by Newton's
+ * method from the time `near`. There lane 0 is beyond `value` by about `noise`. */
+static dd refine_limit(const kr_series s[2], int order, double value, double near, double noise)
 {
+    const double span = s->end - s->t, far = FARTHEST_PART * fabs(span);
     dd h = dd_of(near);
-    for (int step = 0; step < 4; step++) {
+    for (int step = 0; step < NEWTON_MOST; step++) {
         dd sum = dd_of(0.0);
         double slope = 0.0;
         for (int i = order; i >= 0; i--) {
@@ -331,8 +342,10 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
             sum = dd_add(dd_mul(sum, h), dd_make(s[0].w[i][0], s[1].w[i][0]));
         }
         const dd off = dd_div(dd_sub(sum, dd_of(value)), dd_of(slope));
-        if (!(fabs(off.hi) <= 0x1p-20 * fabs(s->end - s->t))) break;
+        const double back = span < 0.0 ? -off.hi : off.hi;
+        if (!(back >= -far && back <= far + 2.0 * noise / fabs(slope))) break;
         h = dd_sub(h, off);
+        if (step >= NEWTON_LEAST && fabs(back) <= CONVERGED_PART * fabs(span)) break;
     }
     return h;
 }
@@ -348,43 +361,77 @@ static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Ends the step where friction stops the top, or where friction can no longer hold the top. */
-static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel)
+/* Returns the derivative of lane 0 of W at the end of the step. */
+static dd slope_at_end(const kr_series s[2], int order)
+{
+    const dd h =
+        dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
+    dd sum = dd_of(0.0);
+    for (int i = order; i > 0; i--)
+        sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
+    return sum;
+}
+/* Returns 1 if the spin of a top that slides passes zero in a step by so little that find_limit
+ * ignores it. A spin that is zero at the start of the step is positive or rounded at its end. */
+static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
+{
+    const double span = s->end - s->t;
+    if (!(sliding * s->end_w[0] < 0.0 && sliding * s->w[0][0] > 0.0)) return 0;
+    if (!(sliding * slope_at_end(s, order).hi * span < 0.0)) return 0;
+    const double at = refine_limit(s, order, 0.0, span, noise).hi;
+    return at * span > 0.0 && fabs(at) <= fabs(span);
+}
+/* Sets the mode after a step that friction ends. `value` is the limit of lane 0 of W. */
+static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
+{
+    kr_series *s = p->series;
+    const double before = p->sliding, slope = before != 0.0 ? slope_at_end(s, order).hi : 0.0;
+    p->try_slow = 0.0;
+    remove_spin(s);
+    if (before == 0.0) {
+        p->sliding = -value;
+        return;
+    }
+    /* Without the torque of friction in this step. The torque of strong damping is too large to be
+     * computed from the rounded velocity. */
+    p->before_hold = before;
+    decide_hold(p, motion, slope * s->per_grip + before);
+}
+/* Ends the step where friction stops the top, or can no longer hold it. A spin below
+ * NEGLIGIBLE_SPIN times `unit` counts as zero. */
+static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
+                                 double unit)
 {
     kr_series *s = p->series;
     const int n = kernel->order, slides = s->slides != 0.0, deep = motion->digits > 16;
-    const double noise = NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
+    const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
     const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);
-    const double part = fmin(first, second), span = s->end - s->t;
+    const double span = s->end - s->t;
+    const int passes = slides && !(first < INFINITY) && passes_zero(s, n, p->sliding, noise);
+    const double part = passes ? 1.0 : fmin(first, second);
     if (part < INFINITY) {
         const double value = slides            ? 0.0
                              : first <= second ? -1.0
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
-        dd h = refine_limit(s, n, value, part * span);
-        /* Before the step, the spin may already have passed 0 by less than `noise`. */
-        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span);
+        dd h = refine_limit(s, n, value, part * span, noise);
+        /* The spin may have passed 0 by less than `noise` before the step. */
+        if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);
         kr_support_place(s, motion, p->rate);
-        if (slides) {
-            p->before_hold = p->sliding;
-            remove_spin(s);
-            decide_hold(p, motion);
-        } else {
-            remove_spin(s);
-            p->sliding = -value;
-        }
+        change_mode(p, motion, n, value);
     } else if (!slides) {
         remove_spin(s);
     }
     s[0].end_w[0] = s[1].end_w[0] = 0.0;
 }
-/* Sets whether the top slides or is held in the next step, and the friction. */
-static void set_mode(kr_taylor *p, const kr_motion *motion)
+void kr_support_set_mode(const kr_motion *motion)
 {
+    kr_taylor *p = taylor_of(motion);
     kr_series *s = p->series;
+    if (!(motion->scene->friction > 0.0)) return;
     const double friction = kr_support_friction(motion, p->rate);
     const vec_dd apex = v_dd(v_of(s[0].apex + 1), v_of(s[1].apex + 1)),
                  eased = divide_by_axes(apex, motion->inertia);
@@ -416,16 +463,6 @@ double kr_support_sliding(const kr_series *s)
         if (fabs(s->apex[i]) > fabs(s->apex[k])) k = i;
     return (s->rub[k] > 0.0) == (s->apex[k] > 0.0) ? -1.0 : 1.0;
 }
-/* Returns the derivative of lane 0 of W at the end of the step. */
-static dd slope_at_end(const kr_series s[2], int order)
-{
-    const dd h =
-        dd_sub(dd_add(dd_of(s[0].end), dd_of(s[1].end)), dd_add(dd_of(s[0].t), dd_of(s[1].t)));
-    dd sum = dd_of(0.0);
-    for (int i = order; i > 0; i--)
-        sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
-    return sum;
-}
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -451,7 +488,7 @@ void kr_support_slopes(const kr_motion *motion, double x[8], double w[4])
                   U = v_sub(W, O);
     const kr_quat q = q4(s->end_x[0], v_of(s->end_x + 1)),
                   rate = q_scale(0.5, q_mul(q, q4(0.0, U)));
-    kr_vec3 gain = free_acceleration(s);
+    kr_vec3 gain = kr_support_acceleration(s);
     if (s->slides != 0.0) gain = v_add(gain, v_of(s->rub + 1));
     if (s->holds != 0.0) gain = v_axpy(-free_spin_rate(s), v_of(s->yield + 1), gain);
     x[0] = rate.w;
@@ -466,21 +503,22 @@ kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel)
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     const int rubs = motion->scene->friction > 0.0;
-    double log2_tol = p->log2_tol;
+    double log2_tol = p->log2_tol, unit = 1.0;
     if (rubs && p->sliding == 0.0 && forward < 0.0) return KR_ERR_STOPPED;
-    /* Unless friction holds the top, lane 0 of W must not affect the choice of the step size. */
-    if (rubs && p->sliding == 0.0)
-        set_rate(p, motion, p->held_rate);
-    else if (rubs)
-        set_rate(p, motion, fmax(p->rate, p->first_rate));
-    /* The equations of the slow manifold do not include friction. */
-    if (!rubs && kr_slow_step(motion, kernel, &log2_tol)) return KR_OK;
-    keep_velocity_small(p, motion);
-    if (rubs) set_mode(p, motion);
-    s[1].t = s[1].end;
-    s[1].end = 0.0;
-    kernel->advance(s, log2_tol, forward);
-    kr_support_place(s, motion, p->rate);
-    if (rubs) end_step_by_friction(p, motion, kernel);
+    if (!kr_slow_step(motion, kernel, &log2_tol)) {
+        /* If friction does not hold the top, lane 0 of W must not shorten the steps. */
+        if (rubs)
+            set_rate(p, motion, p->sliding == 0.0 ? p->held_rate : fmax(p->rate, p->first_rate));
+        keep_velocity_small(p, motion);
+        kr_support_set_mode(motion);
+        s[1].t = s[1].end;
+        s[1].end = 0.0;
+        /* A strongly damped spin decays to the size of the tolerance. */
+        if (log2_tol < p->log2_tol)
+            unit = fmax(exp2(log2_tol - p->log2_tol), fmin(v_largest(v_of(s->end_w + 1)), 1.0));
+        kernel->advance(s, log2_tol, forward);
+        kr_support_place(s, motion, p->rate);
+    }
+    if (rubs) end_step_by_friction(p, motion, kernel, unit);
     return KR_OK;
 }

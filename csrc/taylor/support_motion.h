@@ -33,7 +33,11 @@ void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Determines whether the top initially slides or is held by friction. */
 void kr_support_start(const kr_motion *motion);
-/* Returns the friction in the units of a series. */
+/* Sets the mode of a step: whether the top slides or is held, and the friction. */
+void kr_support_set_mode(const kr_motion *motion);
+/* Returns the derivative of W at the end of the last step, without friction. */
+kr_vec3 kr_support_acceleration(const kr_series *s);
+/* Returns the friction in units of a series. */
 double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin if the top slides in this step, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);

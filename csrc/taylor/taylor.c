@@ -221,6 +221,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
                  W = divide_by_axes(own, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W), 0);
+    p->try_slow = motion->clock;
     if (!motion->skip_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
@@ -254,6 +255,8 @@ static kr_status taylor_step(kr_motion *motion, double until)
     double log2_tol;
     if (s->linear != 0.0 && kr_slow_drives_apart(motion, until))
         return motion->clock == 0.0 ? KR_ERR_RESOLUTION : KR_ERR_NOT_FINITE;
+    if (s->linear == 1.0 && kr_slow_overflows(motion, kernel_of_motion(motion)->order, until))
+        return KR_ERR_NOT_FINITE;
     /* In double precision, no step can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (KR_HAS_SUPPORTS && s->linear > 1.0) {

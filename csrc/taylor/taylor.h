@@ -78,7 +78,7 @@ typedef struct kr_taylor {
      * the spin before friction held the top, or 0 if it was held initially. */
     double sliding, before_hold;
     double held_rate; /* `rate` while large friction, which then does not count, holds the top */
-    double unused[1];
+    double try_slow;  /* clock before which the motion cannot reach the slow manifold (slow.h) */
 } kr_taylor;
 
 /* The functions for one order and one instruction set. */

@@ -176,11 +176,3 @@ def test_events_on_the_way_are_found():
     apex = kr.solve(top, found.path.t).apex
     assert len(found) > 0
     assert np.abs(apex[:, 2] - height).max() < 1e-13
-
-
-def test_friction_keeps_the_short_steps():
-    top = scene(1e5, NONE, **BOTH, friction=0.1)
-    path = kr.solve(top, [0.01], max_steps=2000)
-    assert np.isfinite(path.q).all()
-    with pytest.raises(kr.Error):
-        kr.solve(top, [1.0], max_steps=100)

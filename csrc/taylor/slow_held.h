@@ -1,0 +1,207 @@
+/* Strong damping of a top that friction holds. Private to slow.c. The angular velocity relative to
+ * the support is across the apex a, and therefore a sum v_0 u_0 + v_1 u_1. The directions v_i are
+ * orthonormal with respect to the moments of inertia A, and orthogonal with respect to the damping
+ * D. In the terms of slow.c, their angular velocities obey
+ *     u_i' = <A v_i, X - O x U> - d_i u_i,   A X = (AW + h) x W + G P x c,   d_i = <v_i, D v_i>
+ * The friction torque is along the apex and has no part in these equations. It follows from
+ *     torque = <a, A (W' - X) + D U>
+ * The damping is strong about a direction v_i, not about a principal axis. */
+#ifndef KR_TAYLOR_SLOW_HELD_H
+#define KR_TAYLOR_SLOW_HELD_H
+#include "slow_axes.h"
+
+/* The directions in the order of their d_i, for the unit of time of the motion. */
+struct held_directions {
+    dd v[2][3], weight[2][3]; /* v_i and A v_i */
+    dd drag[2][2];    /* <v_i, D v_k>, where the two values for i != k are rounding errors */
+    dd load[2];       /* <a, D v_i> */
+    dd moment[3];     /* A a */
+    double couple;    /* <v_0, h x v_1>: how the rotor couples the two directions */
+    double square[2]; /* <v_i, v_i> */
+};
+
+static dd held_form(const dd a[3], const double factors[3], const dd b[3])
+{
+    dd sum = dd_of(0.0);
+    for (int j = 0; j < 3; j++) sum = dd_add(sum, dd_mul(dd_times(factors[j], a[j]), b[j]));
+    return sum;
+}
+/* Replaces a by `c` a + `s` b. */
+static void held_combine(dd a[3], dd c, const dd b[3], dd s)
+{
+    for (int j = 0; j < 3; j++) a[j] = dd_add(dd_mul(c, a[j]), dd_mul(s, b[j]));
+}
+static void make_unit_moment(dd v[3], const double A[3])
+{
+    const dd per_size = dd_div(dd_of(1.0), dd_sqrt(held_form(v, A, v)));
+    for (int j = 0; j < 3; j++) v[j] = dd_mul(per_size, v[j]);
+}
+/* Turns the directions so that <v_0, D v_1> is zero, by Jacobi's rotation. */
+static void decouple_directions(dd v[2][3], const double D[3])
+{
+    const dd cross = held_form(v[0], D, v[1]),
+             apart = dd_sub(held_form(v[1], D, v[1]), held_form(v[0], D, v[0]));
+    if (!(fabs(cross.hi) > 0.0)) return;
+    const dd slope = dd_div(apart, dd_scale(2.0, cross)), one = dd_of(1.0),
+             root = dd_sqrt(dd_add(dd_mul(slope, slope), one)),
+             sum = slope.hi < 0.0 ? dd_sub(slope, root) : dd_add(slope, root),
+             tangent = fabs(sum.hi) < INFINITY ? dd_div(one, sum) : dd_of(0.0),
+             c = dd_div(one, dd_sqrt(dd_add(dd_mul(tangent, tangent), one))),
+             s = dd_mul(c, tangent);
+    dd before[3];
+    memcpy(before, v[0], sizeof before);
+    held_combine(v[0], c, v[1], dd_neg(s));
+    held_combine(v[1], c, before, s);
+}
+/* Sets two directions across the apex. */
+static void set_directions(dd v[2][3], const dd apex[3], const double A[3], const double D[3])
+{
+    int k = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(apex[i].hi) < fabs(apex[k].hi)) k = i;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, m = (i + 2) % 3;
+        v[0][i] = dd_sub(dd_of(i == k), dd_mul(apex[k], apex[i]));
+        v[1][i] = i == k ? dd_of(0.0) : j == k ? dd_neg(apex[m]) : apex[j];
+    }
+    make_unit_moment(v[0], A);
+    held_combine(v[1], dd_of(1.0), v[0], dd_neg(held_form(v[0], A, v[1])));
+    make_unit_moment(v[1], A);
+    decouple_directions(v, D);
+    if (!dd_less(held_form(v[1], D, v[1]), held_form(v[0], D, v[0]))) return;
+    for (int j = 0; j < 3; j++) {
+        const dd other = v[0][j];
+        v[0][j] = v[1][j];
+        v[1][j] = other;
+    }
+}
+static void find_held_directions(const kr_motion *motion, held_directions *held)
+{
+    const kr_series *s = ((const kr_taylor *)motion->work)->series;
+    double A[3], D[3];
+    dd apex[3];
+    v_put(A, motion->inertia);
+    v_put(D, motion->damping);
+    for (int j = 0; j < 3; j++) {
+        apex[j] = dd_make(s[0].apex[j + 1], s[1].apex[j + 1]);
+        held->moment[j] = dd_times(A[j], apex[j]);
+    }
+    set_directions(held->v, apex, A, D);
+    kr_vec3 high[2];
+    for (int i = 0; i < 2; i++) {
+        const dd *v = held->v[i];
+        for (int j = 0; j < 3; j++) held->weight[i][j] = dd_times(A[j], v[j]);
+        for (int k = 0; k < 2; k++) held->drag[i][k] = held_form(v, D, held->v[k]);
+        held->load[i] = held_form(apex, D, v);
+        high[i] = v3(v[0].hi, v[1].hi, v[2].hi);
+        held->square[i] = v_dot(high[i], high[i]);
+    }
+    held->couple = v_dot(high[0], v_cross(motion->rotor, high[1]));
+}
+/* Marks as slow the directions from `least` on. Returns 1 if damping is strong about them, compared
+ * with the rate `undamped` and with the torque `pull`. */
+static int take_held_directions(const held_directions *held, int least, double undamped,
+                                double pull, slow_axes *slow)
+{
+    const double d[2] = {held->drag[0][0].hi, held->drag[1][1].hi}, couple = held->couple,
+                 turned = couple * couple / d[1], *square = held->square,
+                 others = least > 0 ? fmax(undamped, fmax(d[0], turned)) : undamped;
+    slow->held = held;
+    slow->rate = least > 0 ? 2.0 * others : slow->fall;
+    for (int i = 0; i < 2; i++) {
+        slow->is_slow[i] = i >= least;
+        const double falls = i < least ? sqrt(pull * square[i]) : pull * square[i] / d[i];
+        slow->fall = fmax(slow->fall, falls);
+        if (least == 0) slow->rate += 2.0 * falls;
+    }
+    slow->is_slow[2] = 0;
+    if (!(d[least] > (least > 0 ? STRONG : STRONG_ALONE) * others)) return 0;
+    memset(slow->gain, 0, sizeof slow->gain);
+    const double part = least > 0 ? 0.0 : 1.0 / (d[0] * d[1] + couple * couple);
+    slow->gain[0][0] = part * d[0] * d[1];
+    slow->gain[0][1] = part * couple * d[1];
+    slow->gain[1][0] = -part * couple * d[0];
+    slow->gain[1][1] = least > 0 ? 1.0 : part * d[0] * d[1];
+    return 1;
+}
+
+static kr_vec3 high_words(const dd v[3]) { return v3(v[0].hi, v[1].hi, v[2].hi); }
+/* Returns the angular velocity that the torques about slow directions do not determine. */
+static kr_vec3 velocity_without_slow(const kr_series *s, const slow_axes *slow)
+{
+    const kr_vec3 O = v_of(s->turn + 1), U = v_sub(v_of(s->end_w + 1), O);
+    kr_vec3 sum = O;
+    for (int i = 0; i < 2; i++)
+        if (!slow->is_slow[i])
+            sum = v_axpy(v_dot(high_words(slow->held->weight[i]), U), high_words(slow->held->v[i]),
+                         sum);
+    return sum;
+}
+/* Returns d_i in the unit of time of the series. */
+static double held_drag(const kr_series *s, const slow_axes *slow, int i)
+{
+    double sum = 0.0;
+    for (int j = 0; j < 3; j++)
+        sum -= slow->held->v[i][j].hi * s->drag[j + 1] * slow->held->weight[i][j].hi;
+    return sum;
+}
+/* Returns the size of u_i, as slow_size does for the angular velocity about a slow axis. */
+static double held_size(const kr_series *s, const slow_axes *slow, int direction)
+{
+    const double *p = s->end_x + 5, most = largest_pull(s);
+    double own[3], turn[3], size = 0.0;
+    v_put(own, velocity_without_slow(s, slow));
+    v_put(turn, v_cross(v_of(s->turn + 1), v_of(own)));
+    for (int k = 0; k < 2; k++) {
+        double torque = 0.0;
+        if (!slow->is_slow[k] || slow->gain[direction][k] == 0.0) continue;
+        for (int j = 0; j < 3; j++) {
+            const int i = j + 1, next = (j + 1) % 3, prev = (j + 2) % 3;
+            const double rotor = s->shift[i] * own[next] + s->shift[i + 4] * own[prev];
+            torque += fabs(slow->held->weight[k][j].hi) *
+                      (most * (fabs(s->up[i] * p[next]) + fabs(s->down[i] * p[prev])) +
+                       fabs(s->k[i]) * (fabs(own[next] * own[prev]) + fabs(rotor)) + fabs(turn[j]));
+        }
+        size += fabs(slow->gain[direction][k]) * torque / held_drag(s, slow, k);
+    }
+    return size;
+}
+/* Returns the size of U and W on the slow manifold. */
+static double held_velocity_size(const kr_series *s, const slow_axes *slow)
+{
+    double size = v_largest(velocity_without_slow(s, slow));
+    for (int i = 0; i < 2; i++)
+        if (slow->is_slow[i])
+            size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
+    return size;
+}
+/* Returns the least size of a slow velocity u_i that is not negligible. The u_i are combinations of
+ * the components of W, whose rounding errors are relative to the largest one. */
+static double least_held_size(const kr_series *s, const slow_axes *slow)
+{
+    const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));
+    double least = 1.0;
+    for (int i = 0; i < 2; i++)
+        if (slow->is_slow[i] && held_size(s, slow, i) > 0.0)
+            least = fmin(least, held_size(s, slow, i));
+    least = fmin(fmax(least, NEGLIGIBLE * most), fmax(most, size));
+    return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
+}
+/* Returns 1 if the motion is near the slow manifold, as is_near does. */
+static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)
+{
+    const kr_vec3 O = v_of(s->turn + 1), W = v_of(s->end_w + 1),
+                  gained = KR_HAS_SUPPORTS ? kr_support_acceleration(s) : W,
+                  rate = v_sub(gained, v_cross(O, W));
+    double off[2];
+    for (int i = 0; i < 2; i++)
+        off[i] = v_dot(high_words(slow->held->weight[i]), rate) / held_drag(s, slow, i);
+    for (int i = 0; i < 2; i++) {
+        double change = 0.0;
+        for (int k = 0; k < 2; k++)
+            if (slow->gain[i][k] != 0.0) change += slow->gain[i][k] * off[k];
+        if (slow->is_slow[i] && fabs(change) > fmax(0.25 * held_size(s, slow, i), noise)) return 0;
+    }
+    return 1;
+}
+#endif
