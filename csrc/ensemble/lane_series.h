@@ -21,6 +21,28 @@ INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
     wide_store(to[1], v.y);
     wide_store(to[2], v.z);
 }
+INLINE lane_vec lane_vec_prev(lane_vec v)
+{
+    const lane_vec r = {v.z, v.x, v.y};
+    return r;
+}
+INLINE lane_vec lane_vec_next(lane_vec v)
+{
+    const lane_vec r = {v.y, v.z, v.x};
+    return r;
+}
+/* Returns a + b. */
+INLINE lane_vec lane_vec_add(lane_vec a, lane_vec b)
+{
+    const lane_vec r = {a.x + b.x, a.y + b.y, a.z + b.z};
+    return r;
+}
+/* Returns a b + c for each component. */
+INLINE lane_vec lane_vec_fma(lane_vec a, lane_vec b, lane_vec c)
+{
+    const lane_vec r = {wide_fma(a.x, b.x, c.x), wide_fma(a.y, b.y, c.y), wide_fma(a.z, b.z, c.z)};
+    return r;
+}
 INLINE wide lane_vec_dot(lane_vec a, lane_vec b)
 {
     return wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z));
@@ -71,7 +93,9 @@ typedef struct {
     wide quotient;        /* sum for the quotient, of (P, d) and f', without the newest term */
 } lane_sums;
 
-INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
+/* Adds the products of coefficient j of P and coefficient m of W, and those of next(W_j) and
+ * prev(W_m). */
+INLINE void add_cross(lane_sums *a, lane_vec next_j, lane_vec prev_m, lane_vec wm, lane_vec pj)
 {
     a->plus.x = wide_fma(pj.y, wm.z, a->plus.x);
     a->minus.x = wide_fma(pj.z, wm.y, a->minus.x);
@@ -79,9 +103,7 @@ INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
     a->minus.y = wide_fma(pj.x, wm.z, a->minus.y);
     a->plus.z = wide_fma(pj.x, wm.y, a->plus.z);
     a->minus.z = wide_fma(pj.y, wm.x, a->minus.z);
-    a->ww.x = wide_fma(wj.y, wm.z, a->ww.x);
-    a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
-    a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
+    a->ww = lane_vec_fma(next_j, prev_m, a->ww);
 }
 /* Adds the products of coefficient j of P and coefficient m of W that the heading needs. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
@@ -89,44 +111,69 @@ INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
     a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
 }
+/* Returns the rotor's torque on W, over the factors k, plus `to`. */
+INLINE lane_vec add_rotor(kr_lanes *l, lane_vec w, lane_vec to)
+{
+    const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
+    return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
+}
+/* Adds the products of the middle coefficients. */
+INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
+{
+    const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
+    if (n == 0) a->ww = add_rotor(l, w, a->ww);
+    add_cross(a, lane_vec_next(w), lane_vec_prev(w), w, p);
+    if (headless) return;
+    add_heading(a, w, p);
+    if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
+}
+/* Adds the products of the coefficients n and 0, with the terms of the rotor. */
+INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, int headless)
+{
+    const lane_vec w0 = lane_vec_load(l->w[0]), wn = lane_vec_load(l->w[n]);
+    const lane_vec p0 = lane_vec_load(l->p[0]), pn = lane_vec_load(l->p[n]);
+    const lane_vec next = lane_vec_load(l->next), prev = lane_vec_load(l->prev);
+    add_cross(a, next, lane_vec_prev(wn), wn, p0);
+    add_cross(a, lane_vec_next(wn), prev, w0, pn);
+    if (headless) return;
+    /* Here prev.y is Wx of order 0 minus hx / (Az - Ax), and next.x is Wy minus hy / (Az - Ay). */
+    const lane_vec shifted = {prev.y, next.x, w0.z};
+    add_heading(a, wn, p0);
+    add_heading(a, shifted, pn);
+    a->quotient = wide_fma(wide_load(l->near[n]), wide_load(l->rate[0]), a->quotient);
+}
 INLINE lane_sums sum_products(kr_lanes *l, int n, int headless)
 {
     const wide zero = wide_splat(0.0);
     const lane_vec none = {zero, zero, zero};
     lane_sums a = {none, none, none, zero, zero, zero};
-    if (n % 2 == 0) {
-        const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
-        add_cross(&a, w, w, p);
-        if (!headless) {
-            add_heading(&a, w, p);
-            if (n > 0) a.quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
-        }
-    }
-    for (int j = (n - 1) / 2; j >= 0 && n > 0; j--) {
+    if (n % 2 == 0) add_middle(&a, l, n, headless);
+    for (int j = (n - 1) / 2; j > 0; j--) {
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        add_cross(&a, wj, wm, pj);
-        add_cross(&a, wm, wj, pm);
+        add_cross(&a, lane_vec_next(wj), lane_vec_prev(wm), wm, pj);
+        add_cross(&a, lane_vec_next(wm), lane_vec_prev(wj), wj, pm);
         if (headless) continue;
         add_heading(&a, wm, pj);
         add_heading(&a, wj, pm);
         a.quotient = wide_fma(wide_load(l->near[m]), wide_load(l->rate[j]), a.quotient);
-        if (j > 0) a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
+        a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
     }
+    if (n > 0) add_newest(&a, l, n, headless);
     return a;
 }
 
 /* Computes coefficient n of f' and coefficient n + 1 of f. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
 {
-    const lane_vec w = lane_vec_load(l->w[n]);
+    const lane_vec w = lane_vec_load(l->w[n]), part = lane_vec_load(l->part);
     wide sum = lane_vec_dot(w, lane_vec_load(l->p[0]));
     if (n == 0)
-        sum = sum + lane_vec_dot(w, lane_vec_load(l->p[0]));
+        sum = sum + sum;
     else
-        sum =
-            wide_fma(wide_load(l->part[0]), a->wp_x, wide_fma(wide_load(l->part[1]), a->wp_y, sum));
+        sum = wide_fma(part.x, a->wp_x,
+                       wide_fma(part.y, a->wp_y, wide_fma(part.z, wide_load(l->p[n][2]), sum)));
     const wide rate = (sum - a->quotient) * wide_load(l->inverse);
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
@@ -155,6 +202,9 @@ INLINE void next_lane_coefficient(kr_lanes *l, int n, int headless)
 
 INLINE void expand_lanes(kr_lanes *l, int headless)
 {
+    const lane_vec w = lane_vec_load(l->w[0]);
+    lane_vec_store(l->prev, lane_vec_add(lane_vec_prev(w), lane_vec_load(l->shift_prev)));
+    lane_vec_store(l->next, lane_vec_add(lane_vec_next(w), lane_vec_load(l->shift_next)));
     if (!headless) {
         const lane_vec p = lane_vec_load(l->p[0]);
         const wide near = 1.0 + lane_vec_dot(p, p);

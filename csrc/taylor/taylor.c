@@ -12,9 +12,6 @@
 
 typedef kr_taylor taylor_work;
 
-/* A factor that is negligible even with 30 digits. */
-#define LEAST_FACTOR 0x1p-120
-
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
@@ -106,7 +103,7 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[1].shift[lane] = shift.lo;
 }
 /* Sets the terms of the rotor, with h in the series' unit of time. If two moments are equal, there
- * is no product of their angular velocities. The factor LEAST_FACTOR then adds a product that is
+ * is no product of their angular velocities. The factor KR_LEAST_FACTOR then adds a product that is
  * below the last digit, which the rotor's term can modify. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
@@ -118,7 +115,8 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= LEAST_FACTOR)) k = dd_of(k.hi < 0.0 ? -LEAST_FACTOR : LEAST_FACTOR);
+        if (!(fabs(k.hi) >= KR_LEAST_FACTOR))
+            k = dd_of(k.hi < 0.0 ? -KR_LEAST_FACTOR : KR_LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
         set_shift(s, i + 1, ahead, A[i], k);
