@@ -134,7 +134,7 @@ typedef struct kr_scene {
     /* Linear damping, as by air that turns with the support: the torque along each principal axis
      * is -damping * angular velocity relative to the support. Not negative; 0 means no damping
      * [M L^2 T^-1]. Strong damping costs no more steps than the slow motion that remains, unless
-     * there are tangents, a rotor, a moving support or friction, or time runs backward. */
+     * there are tangents or friction, or time runs backward. */
     kr_vec3 damping;
     /* Constant angular velocity of the support, along e1, e2, e3 [T^-1]. States and quantities,
      * except m, are those seen from the support. */

@@ -195,8 +195,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Sets the constants of a tangent. With a rotor, its factors are consistent with those of W. */
-static void set_tangent_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
-                                  int shift)
+static void set_growth_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
+                                 int shift)
 {
     kr_lane_tangents *g = l->tangents;
     const kr_vec3 A = shift_axes(motion->inertia, shift), h = shift_axes(motion->rotor, shift),
@@ -222,7 +222,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
     initial_direction(worker, top, rate, &turn, &push);
-    set_tangent_constants(l, lane, &top->main, rate, shift);
+    set_growth_constants(l, lane, &top->main, rate, shift);
     kr_growth others = g->end;
     set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector3(g->end.d[1], lane, shift_axes(push, shift));

@@ -121,7 +121,7 @@ INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
     a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
 }
 /* Returns the rotor's torque on W, over the factors k, plus `to`. */
-INLINE lane_vec add_rotor(kr_lanes *l, lane_vec w, lane_vec to)
+INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
@@ -130,7 +130,7 @@ INLINE lane_vec add_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
-    if (n == 0) a->ww = add_rotor(l, w, a->ww);
+    if (n == 0) a->ww = add_lane_rotor(l, w, a->ww);
     add_torque(a, w, w);
     add_turn(a, w, p);
     if (headless) return;
