@@ -196,8 +196,8 @@ INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *n
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
-/* Computes the coefficients n + 1 of P, W and, unless `headless`, f. `newest` holds the coefficients
- * n. */
+/* Computes the coefficients n + 1 of P, W and, unless `headless`, f, and returns those of P and W.
+ * `newest` holds the coefficients n. */
 INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int headless)
 {
     const lane_sums a = sum_products(l, n, &newest, headless);

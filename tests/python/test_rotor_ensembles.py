@@ -34,9 +34,7 @@ def random_gyrostats(n, seed=3):
     """Return `n` tops of all kinds of bodies. Every third one has no rotor."""
     rng = np.random.default_rng(seed)
     kinds = [list(BODIES.values())[i % len(BODIES)] for i in range(n)]
-    bodies = [
-        replace(body, rotor=rng.normal(size=3) * (i % 3 > 0)) for i, body in enumerate(kinds)
-    ]
+    bodies = [replace(body, rotor=rng.normal(size=3) * (i % 3 > 0)) for i, body in enumerate(kinds)]
     return kr.Ensemble.of([kr.Scene(body, rng.normal(size=3), gravity=1.3) for body in bodies])
 
 
