@@ -133,37 +133,41 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(v.x == 0.0 ? -0.0 : v.x, v.y == 0.0 ? -0.0 : v.y, v.z == 0.0 ? -0.0 : v.z);
 }
-/* Sets the terms of the rotor `h` of a lane. As in taylor.c, a product of two angular velocities
- * then has a factor that is not zero, and the factors of (W, P) are consistent with it. */
-static void set_lane_rotor(kr_lanes *l, int lane, kr_vec3 A, kr_vec3 h)
+/* Returns the factors Ay - Az and cyclic of the products of two angular velocities. As in taylor.c,
+ * a factor is not zero if a term of the rotor h modifies the product. */
+static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
-    double moment[3], rotor[3];
+    double moment[3], rotor[3], apart[3] = {A.y - A.z, A.z - A.x, A.x - A.y};
     v_put(moment, A);
-    v_put(rotor, with_negative_zeros(h));
+    v_put(rotor, h);
     for (int i = 0; i < 3; i++) {
-        const double ahead = rotor[(i + 1) % 3], behind = rotor[(i + 2) % 3];
-        double *k = &l->k[i][lane];
-        l->shift_prev[i][lane] = l->shift_next[i][lane] = -0.0;
-        if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(*k) >= KR_LEAST_FACTOR)) *k = copysign(KR_LEAST_FACTOR, *k);
-        if (behind != 0.0) l->shift_prev[i][lane] = -behind / moment[i] / *k;
-        if (ahead != 0.0) l->shift_next[i][lane] = ahead / moment[i] / *k;
+        const double least = fmax(KR_LEAST_FACTOR * moment[i], DBL_MIN);
+        if ((rotor[(i + 1) % 3] != 0.0 || rotor[(i + 2) % 3] != 0.0) && fabs(apart[i]) < least)
+            apart[i] = copysign(least, apart[i]);
     }
-    if (v_largest(h) > 0.0)
-        set_components(l->part, lane, l->k[1][lane] * (A.y / A.z), -l->k[0][lane] * (A.x / A.z),
-                       -h.z / A.z);
+    return v_of(apart);
+}
+/* Returns a term of the rotor: `torque` over the factor of a product, -0 without a torque. */
+static double shift_by(double torque, double factor)
+{
+    return torque == 0.0 ? -0.0 : torque / factor;
 }
 /* Sets the constants of a lane from a motion and the unit of frequency `rate` of the series. */
 static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
                                int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
-    set_components(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
+                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
+                  apart = moments_apart(A, h);
+    set_components(l->k, lane, apart.x / A.x, apart.y / A.y, apart.z / A.z);
+    set_components(l->part, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
+    set_components(l->shift_prev, lane, shift_by(-h.z, apart.x), shift_by(-h.x, apart.y),
+                   shift_by(-h.y, apart.z));
+    set_components(l->shift_next, lane, shift_by(h.y, apart.x), shift_by(h.z, apart.y),
+                   shift_by(h.x, apart.z));
     set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
     set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
-    set_components(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
-    set_lane_rotor(l, lane, A, v_scale(1.0 / rate, shift_axes(motion->rotor, shift)));
     const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -194,23 +198,21 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
 /* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Sets the constants of a tangent. With a rotor, its factors are consistent with those of W. */
+/* Sets the constants of a tangent. */
 static void set_growth_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
                                  int shift)
 {
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = shift_axes(motion->inertia, shift), h = shift_axes(motion->rotor, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
-    set_components(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
-    set_components(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
+    const kr_vec3 A = shift_axes(motion->inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
+                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
+                  apart = moments_apart(A, h);
+    set_components(g->ahead, lane, -apart.y / A.x, -apart.z / A.y, -apart.x / A.z);
+    set_components(g->behind, lane, -apart.z / A.x, -apart.x / A.y, -apart.y / A.z);
     set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
     set_vector3(g->moments, lane, A);
     set_vector3(g->c, lane, c);
-    set_vector3(g->rotor, lane, with_negative_zeros(v_scale(1.0 / rate, h)));
-    if (!(v_largest(h) > 0.0)) return;
-    const double apart[3] = {l->k[0][lane] * A.x, l->k[1][lane] * A.y, l->k[2][lane] * A.z};
-    set_components(g->ahead, lane, -apart[1] / A.x, -apart[2] / A.y, -apart[0] / A.z);
-    set_components(g->behind, lane, -apart[2] / A.x, -apart[0] / A.y, -apart[1] / A.z);
+    set_vector3(g->rotor, lane, with_negative_zeros(h));
 }
 /* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
  * combination of the two known solutions, or if its square overflows. */

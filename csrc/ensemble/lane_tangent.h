@@ -105,26 +105,19 @@ typedef struct {
     lane_vec lifted;      /* theta <c, P> */
     lane_vec leaned;      /* theta * P */
 } growth_sums;
-/* Adds the products of coefficient j of theta and coefficient m of W. `ahead` is next(W_m), and
- * `behind` is prev(W_m). */
-INLINE void add_turning(growth_sums *a, lane_vec turn, lane_vec ahead, lane_vec behind)
-{
-    a->plus.x = wide_fma(turn.y, ahead.y, a->plus.x);
-    a->plus.y = wide_fma(turn.z, ahead.z, a->plus.y);
-    a->plus.z = wide_fma(turn.x, ahead.x, a->plus.z);
-    a->minus.x = wide_fma(turn.z, behind.z, a->minus.x);
-    a->minus.y = wide_fma(turn.x, behind.x, a->minus.y);
-    a->minus.z = wide_fma(turn.y, behind.y, a->minus.z);
-}
-/* Adds the other products of the coefficients j of the deviation and m of the path. */
 INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    w = lane_vec_load(l->w[m]), p = lane_vec_load(l->p[m]);
-    if (m > 0)
-        add_turning(a, turn, lane_vec_next(w), lane_vec_prev(w));
-    else
-        add_turning(a, turn, lane_vec_load(l->next), lane_vec_load(l->prev));
+    /* The products with W_0 contain the terms of the rotor. */
+    const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
+                   prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
+    a->plus.x = wide_fma(turn.y, next.y, a->plus.x);
+    a->plus.y = wide_fma(turn.z, next.z, a->plus.y);
+    a->plus.z = wide_fma(turn.x, next.x, a->plus.z);
+    a->minus.x = wide_fma(turn.z, prev.z, a->minus.x);
+    a->minus.y = wide_fma(turn.x, prev.x, a->minus.y);
+    a->minus.z = wide_fma(turn.y, prev.y, a->minus.z);
     a->push.x = wide_fma(push.y, w.z, wide_fma(-push.z, w.y, a->push.x));
     a->push.y = wide_fma(push.z, w.x, wide_fma(-push.x, w.z, a->push.y));
     a->push.z = wide_fma(push.x, w.y, wide_fma(-push.y, w.x, a->push.z));
