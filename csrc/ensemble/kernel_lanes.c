@@ -65,9 +65,8 @@ void KR_NAME(kr_lanes_sample)(kr_lanes *l)
     const int headless = l->skip_heading;
     const lane_point r = sum_lanes(l, wide_load(l->at), headless);
     const lane_quat q = lane_attitude(l, &r, headless);
-    const lane_vec moment = lane_vec_load(l->moment);
-    const lane_quat momentum = {wide_splat(0.0), moment.x * r.w.x, moment.y * r.w.y,
-                                moment.z * r.w.z};
+    const lane_vec M = lane_vec_fma(lane_vec_load(l->moment), r.w, lane_vec_load(l->rotor));
+    const lane_quat momentum = {wide_splat(0.0), M.x, M.y, M.z};
     const lane_quat m = lane_quat_mul(lane_quat_mul(q, momentum), lane_quat_conj(q));
     const lane_vec m_vector = {m.x, m.y, m.z};
     lane_quat_store(l->out_q, lane_quat_mul(q, lane_quat_load(l->axes)));

@@ -15,11 +15,15 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 {
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
+    const lane_vec none = {wide_splat(0.0), wide_splat(0.0), wide_splat(0.0)},
+                   carried = add_lane_rotor(l, w, none);
     const lane_vec dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
                          wide_fma(p.x, w.y, -(p.y * w.x))};
-    const lane_vec dw = {wide_fma(k.x * w.y, w.z, wide_fma(up.x, p.y, down.x * p.z)),
-                         wide_fma(k.y * w.z, w.x, wide_fma(up.y, p.z, down.y * p.x)),
-                         wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
+    const lane_vec weight = {wide_fma(up.x, p.y, down.x * p.z), wide_fma(up.y, p.z, down.y * p.x),
+                             wide_fma(up.z, p.x, down.z * p.y)};
+    const lane_vec linear = lane_vec_fma(k, carried, weight);
+    const lane_vec dw = {wide_fma(k.x * w.y, w.z, linear.x), wide_fma(k.y * w.z, w.x, linear.y),
+                         wide_fma(k.z * w.x, w.y, linear.z)};
     return event_value(l, dp, dw);
 }
 /* Sets the coefficients of g, or of dg/ds, over a step of length h, and returns the degree. As in

@@ -3,6 +3,7 @@
  * from the start and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
+#include "taylor/taylor.h"
 #include "worker.h"
 
 enum { STEPS_PER_POLL = 64 /* largest number of steps between two calls of poll */ };
@@ -46,7 +47,8 @@ static void reset_growth(kr_growth *growth, int lane)
 /* Sets the tangent of a lane without a top to finite numbers. */
 static void park_tangent(kr_lane_tangents *g, int lane)
 {
-    kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
+    kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
+                                    g->c,     g->rotor,  g->end.d[1]};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
@@ -54,8 +56,9 @@ static void park_tangent(kr_lane_tangents *g, int lane)
 /* Parks a lane without a top: fills the lane with a top at rest, whose first step never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
-    kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
-                                    l->part,  l->moment, l->along_p, l->along_w};
+    kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
+                                    l->part,    l->moment,     l->rotor,     l->along_p,
+                                    l->along_w, l->shift_prev, l->shift_next};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
     set_components(l->end_p, lane, 0, 0, 1);
     set_quaternion(l->end_q, lane, q_one());
@@ -125,16 +128,46 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
     set_components(to, lane, v.x, v.y, v.z);
 }
+/* Returns v with negative zeros, which change no bit of a sum. */
+static kr_vec3 with_negative_zeros(kr_vec3 v)
+{
+    return v3(v.x == 0.0 ? -0.0 : v.x, v.y == 0.0 ? -0.0 : v.y, v.z == 0.0 ? -0.0 : v.z);
+}
+/* Returns the factors Ay - Az and cyclic of the products of two angular velocities. As in taylor.c,
+ * a factor is not zero if a term of the rotor h modifies the product. */
+static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
+{
+    double moment[3], rotor[3], apart[3] = {A.y - A.z, A.z - A.x, A.x - A.y};
+    v_put(moment, A);
+    v_put(rotor, h);
+    for (int i = 0; i < 3; i++) {
+        const double least = fmax(KR_LEAST_FACTOR * moment[i], DBL_MIN);
+        if ((rotor[(i + 1) % 3] != 0.0 || rotor[(i + 2) % 3] != 0.0) && fabs(apart[i]) < least)
+            apart[i] = copysign(least, apart[i]);
+    }
+    return v_of(apart);
+}
+/* Returns a term of the rotor: `torque` over the factor of a product, -0 without a torque. */
+static double shift_by(double torque, double factor)
+{
+    return torque == 0.0 ? -0.0 : torque / factor;
+}
 /* Sets the constants of a lane from a motion and the unit of frequency `rate` of the series. */
 static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
                                int shift)
 {
     const kr_vec3 A = shift_axes(motion->inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
-    set_components(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
+                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
+                  apart = moments_apart(A, h);
+    set_components(l->k, lane, apart.x / A.x, apart.y / A.y, apart.z / A.z);
+    set_components(l->part, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
+    set_components(l->shift_prev, lane, shift_by(-h.z, apart.x), shift_by(-h.x, apart.y),
+                   shift_by(-h.y, apart.z));
+    set_components(l->shift_next, lane, shift_by(h.y, apart.x), shift_by(h.z, apart.y),
+                   shift_by(h.x, apart.z));
     set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
     set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
-    set_components(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
     const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -165,6 +198,22 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
 /* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
+/* Sets the constants of a tangent. */
+static void set_growth_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
+                                 int shift)
+{
+    kr_lane_tangents *g = l->tangents;
+    const kr_vec3 A = shift_axes(motion->inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
+                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
+                  apart = moments_apart(A, h);
+    set_components(g->ahead, lane, -apart.y / A.x, -apart.z / A.y, -apart.x / A.z);
+    set_components(g->behind, lane, -apart.z / A.x, -apart.x / A.y, -apart.y / A.z);
+    set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
+    set_vector3(g->moments, lane, A);
+    set_vector3(g->c, lane, c);
+    set_vector3(g->rotor, lane, with_negative_zeros(h));
+}
 /* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
  * combination of the two known solutions, or if its square overflows. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
@@ -172,15 +221,10 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_top *top = worker->fallback;
     kr_lanes *l = worker->lanes;
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = shift_axes(top->main.inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(top->main.lever, shift));
+    const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
     initial_direction(worker, top, rate, &turn, &push);
-    set_components(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
-    set_components(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
-    set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
-    set_vector3(g->moments, lane, A);
-    set_vector3(g->c, lane, c);
+    set_growth_constants(l, lane, &top->main, rate, shift);
     kr_growth others = g->end;
     set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector3(g->end.d[1], lane, shift_axes(push, shift));
@@ -212,6 +256,8 @@ static int load_lane(kr_worker *worker, int lane)
     set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
     set_vector3(l->moment, lane,
                 v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
+    set_vector3(l->rotor, lane,
+                with_negative_zeros(v_scale(top->momentum_unit, shift_axes(motion->rotor, shift))));
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = slot->forward = top->forward;
     l->max_steps[lane] = worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;

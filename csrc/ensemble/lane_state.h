@@ -1,14 +1,16 @@
 /* Taylor series of heavy tops in lanes: each lane of a vector holds one top, which has its own step
  * size. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
- *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
+ *     A W' = (AW + h) x W + P x c     W: angular velocity in the body; A: moments; h: rotor;
+ *                                     c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The heading f and P determine the attitude. A term of the series therefore needs 12 products of
  * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). The product (W, P)
- * needs only 2, because (AW, P) is constant. A series of q would need 21 products. The constant d
- * is the value of P at the start of a step, far from the pole of the quotient at P = -d. The
- * distance from this pole limits the step. The units are those of taylor.h, in which |W| < 1.
+ * needs only 2, because (AW + h, P) is constant. A series of q would need 21 products. A rotor
+ * changes W_0 in the products with the newest coefficients, as in taylor.h. The constant d is the
+ * value of P at the start of a step, far from the pole of the quotient at P = -d. The distance from
+ * this pole limits the step. The units are those of taylor.h, in which |W| < 1.
  * Energy and momenta are conserved up to the tolerance only. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
@@ -35,7 +37,12 @@ typedef struct kr_lanes {
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
     kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
-    kr_lane_vector part;        /* factors in (W, P): 1 - Ax / Az, 1 - Ay / Az, and 0 */
+    /* Factors in (W, P): 1 - Ax / Az and 1 - Ay / Az of Wx Px and Wy Py, and -hz / Az of Pz. */
+    kr_lane_vector part;
+    /* The terms of the rotor that are added to prev(W_0) and to next(W_0): -hz / (Ay - Az) and
+     * hy / (Ay - Az); and cyclic permutations. Without a rotor they are -0, for x + -0 is x. `prev`
+     * and `next` are the sums. */
+    kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, max_steps;
@@ -47,9 +54,9 @@ typedef struct kr_lanes {
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
     /* Conversion to the user's frame and units: the rotation from the frame of description to the
-     * axes of the lane, and the momentum for W = 1 along each axis. */
+     * axes of the lane, the momentum for W = 1 along each axis, and that of the rotor. */
     kr_lane_quaternion axes;
-    kr_lane_vector moment;
+    kr_lane_vector moment, rotor;
     kr_lane_quaternion out_q; /* result of `sample`: q and m in the user's frame and units */
     kr_lane_vector out_m;
     int order, skip_heading;
@@ -70,7 +77,7 @@ typedef struct kr_growth {
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */
-    kr_lane_vector ahead, behind, per, moments, c;
+    kr_lane_vector ahead, behind, per, moments, c, rotor;
     kr_growth begin, end;            /* the tangents at the start and at the end of the step */
     kr_lane_number energy, vertical; /* dE and d<m, e3> of the initial tangent */
     kr_lane_number out[KR_GROWTH_COUNT];

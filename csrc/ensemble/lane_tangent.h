@@ -1,9 +1,10 @@
 /* Growth of one tangent for each lane. The path does not depend on the tangents, except that steps
  * may be shorter. This source is compiled once for each instruction set. The equations are those of
- * taylor/tangents.h without damping and parameters. Two solutions are known and removed at the end
- * of each step: the flow (W | P x c) and the rotation about the vertical (P | P x AW). The growth
- * of the remainder is measured. Up to the tolerance, a tangent conserves
- *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
+ * taylor/tangents.h without damping and parameters. With the momentum M = AW + h in the body, two
+ * solutions are known and removed at the end of each step: the flow (W | P x c) and the rotation
+ * about the vertical (P | P x M). The growth of the remainder is measured. Up to the tolerance, a
+ * tangent conserves
+ *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
@@ -108,12 +109,15 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
 {
     const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
                    w = lane_vec_load(l->w[m]), p = lane_vec_load(l->p[m]);
-    a->plus.x = wide_fma(turn.y, w.z, a->plus.x);
-    a->plus.y = wide_fma(turn.z, w.x, a->plus.y);
-    a->plus.z = wide_fma(turn.x, w.y, a->plus.z);
-    a->minus.x = wide_fma(turn.z, w.y, a->minus.x);
-    a->minus.y = wide_fma(turn.x, w.z, a->minus.y);
-    a->minus.z = wide_fma(turn.y, w.x, a->minus.z);
+    /* The products with W_0 contain the terms of the rotor. */
+    const lane_vec next = m > 0 ? lane_vec_next(w) : lane_vec_load(l->next),
+                   prev = m > 0 ? lane_vec_prev(w) : lane_vec_load(l->prev);
+    a->plus.x = wide_fma(turn.y, next.y, a->plus.x);
+    a->plus.y = wide_fma(turn.z, next.z, a->plus.y);
+    a->plus.z = wide_fma(turn.x, next.x, a->plus.z);
+    a->minus.x = wide_fma(turn.z, prev.z, a->minus.x);
+    a->minus.y = wide_fma(turn.x, prev.x, a->minus.y);
+    a->minus.z = wide_fma(turn.y, prev.y, a->minus.z);
     a->push.x = wide_fma(push.y, w.z, wide_fma(-push.z, w.y, a->push.x));
     a->push.y = wide_fma(push.z, w.x, wide_fma(-push.x, w.z, a->push.y));
     a->push.z = wide_fma(push.x, w.y, wide_fma(-push.y, w.x, a->push.z));
@@ -129,7 +133,8 @@ INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
     growth_sums a = {lane_vec_zero(), lane_vec_zero(), lane_vec_zero(), lane_vec_zero(),
                      lane_vec_zero()};
     wide_store(g->lift[n], lane_vec_dot(lane_vec_load(g->c), lane_vec_load(l->p[n])));
-    for (int j = 0; j <= n; j++) add_growth(&a, l, g, j, n - j);
+    for (int j = 0; j < n; j++) add_growth(&a, l, g, j, n - j);
+    add_growth(&a, l, g, n, 0);
     const wide lean = a.leaned.x + a.leaned.y + a.leaned.z;
     const lane_vec ahead = lane_vec_times(lane_vec_load(g->ahead), a.plus),
                    behind = lane_vec_times(lane_vec_load(g->behind), a.minus),
@@ -156,15 +161,19 @@ INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
+/* Returns the momentum in the body at a point of the path. */
+INLINE lane_vec momentum_at(kr_lane_tangents *g, const lane_point *at)
+{
+    return lane_vec_fma(lane_vec_load(g->moments), at->w, lane_vec_load(g->rotor));
+}
 /* The two known solutions at a point of the path: the flow, and the rotation about the vertical. */
 typedef struct {
     lane_deviation flow, turn;
 } known_solutions;
 INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point *at)
 {
-    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w);
     const known_solutions r = {{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
-                               {at->p, lane_vec_cross(at->p, momentum)}};
+                               {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
 /* Returns the part of `d` orthogonal to both known solutions. If the known solutions are parallel
@@ -202,13 +211,17 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
+/* Returns the factor of theta in dE. */
+INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
+{
+    const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
+    return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
+}
 /* Writes the errors of dE and d<m,e3>, the two conserved linear forms of a deviation. Each error is
  * relative to the norm of the form times the size of the deviation. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
-    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
-                   pull = lane_vec_cross(lane_vec_load(g->c), at->p),
-                   lean = lane_vec_axpy(wide_splat(1.0), pull, lane_vec_cross(at->w, momentum));
+    const lane_vec lean = lean_at(g, at);
     const wide size = deviation_dot(d, d), down = wide_load(g->begin.scale),
                energy = lane_vec_dot(d.push, at->w) + lane_vec_dot(d.turn, lean),
                vertical = lane_vec_dot(d.push, at->p);
@@ -329,6 +342,8 @@ APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
     memcpy(part->k, l->k, sizeof l->k);
     memcpy(part->up, l->up, sizeof l->up);
     memcpy(part->down, l->down, sizeof l->down);
+    memcpy(part->shift_prev, l->shift_prev, sizeof l->shift_prev);
+    memcpy(part->shift_next, l->shift_next, sizeof l->shift_next);
     memcpy(part->forward, l->forward, sizeof l->forward);
     wide_store(part->t, time);
     lane_vec_store(part->p[0], here.p);
@@ -446,9 +461,7 @@ INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     const wide size = wide_sqrt(deviation_dot(d, d));
     const lane_deviation one = deviation_axpy(1.0 / size, d, nothing);
-    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at.w),
-                   pull = lane_vec_cross(lane_vec_load(g->c), at.p),
-                   lean = lane_vec_axpy(wide_splat(1.0), pull, lane_vec_cross(at.w, momentum));
+    const lane_vec lean = lean_at(g, &at);
     deviation_store(g->first, one);
     wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
     wide_store(g->first_vertical, lane_vec_dot(one.push, at.p));

@@ -122,7 +122,7 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
     if (scene->friction > 0.0) return KR_ERR_FRICTION;
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
-    return kr_scene_turns(scene) ? KR_ERR_TURNING : KR_ERR_ROTOR;
+    return KR_ERR_TURNING;
 }
 /* Returns the top for a scalar run. Tops on turning supports also have a closed form, but they are
  * computed one by one, because batches do not support them. */
@@ -139,7 +139,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    const int is_in_lane = !kr_scene_is_disturbed(scene) && !kr_body_has_rotor(&scene->body);
+    const int is_in_lane = !kr_scene_is_disturbed(scene);
     if (!is_in_lane && kr_worker_has_tangents(worker)) {
         const kr_slot slot = {.top = i, .last = scene->start};
         const kr_stats none = {0};

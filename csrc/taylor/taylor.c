@@ -12,9 +12,6 @@
 
 typedef kr_taylor taylor_work;
 
-/* A factor that is negligible even with 30 digits. */
-#define LEAST_FACTOR 0x1p-120
-
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
@@ -108,7 +105,7 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 }
 /* Sets the terms of the rotor, with h in the unit of time of the series. If two moments are equal,
  * the coefficient of the product of the corresponding angular velocities is zero. This coefficient
- * is then replaced by the negligible LEAST_FACTOR, so that the term of the rotor can be added to a
+ * is then replaced by the negligible KR_LEAST_FACTOR, so that the term of the rotor can be added to a
  * factor of the product. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
@@ -120,7 +117,8 @@ static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
         const double ahead = -h[(i + 2) % 3], behind = h[(i + 1) % 3];
         dd k = dd_make(s[0].k[i + 1], s[1].k[i + 1]);
         if (ahead == 0.0 && behind == 0.0) continue;
-        if (!(fabs(k.hi) >= LEAST_FACTOR)) k = dd_of(k.hi < 0.0 ? -LEAST_FACTOR : LEAST_FACTOR);
+        if (!(fabs(k.hi) >= KR_LEAST_FACTOR))
+            k = dd_of(k.hi < 0.0 ? -KR_LEAST_FACTOR : KR_LEAST_FACTOR);
         s[0].k[i + 1] = k.hi;
         s[1].k[i + 1] = k.lo;
         set_shift(s, i + 1, ahead, A[i], k);

@@ -34,6 +34,8 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
+/* A factor of products that is negligible even with 30 digits. */
+#define KR_LEAST_FACTOR 0x1p-120
 
 /* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
  * 64 bytes. In double-double, a step is an array of two structs, with the high words and the low

@@ -8,7 +8,7 @@
 enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up together */
 
 /* Returns a body with three different moments and its centre of mass off the axes; every fourth
- * body is symmetric. */
+ * body is symmetric. Two of five bodies have a rotor. */
 static kr_scene random_scene(int i)
 {
     kr_scene s = kr_scene_default();
@@ -17,6 +17,7 @@ static kr_scene random_scene(int i)
     s.gravity = uniform(-2.0, 3.0);
     s.start.q = random_quat();
     s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
+    if (i % 5 < 2) s.body.rotor = v_scale(i % 5 ? 0.1 : 1.0, s.start.m);
     return s;
 }
 typedef struct {

@@ -33,6 +33,7 @@ static void some(kr_scene scenes[TOPS])
     for (int i = 0; i < TOPS; i++) {
         scenes[i] = asymmetric();
         scenes[i].gravity = 0.2 + 0.07 * i;
+        if (i % 3 == 1) scenes[i].body.rotor = v3(0.5, -0.1 * i, 0.0);
     }
     /* The steps of the path are too long for the series of the tangent of this top. */
     IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &scenes[3].body) == KR_OK);

@@ -57,22 +57,6 @@ static void test_refusals(void)
     IS(kr_exact_map_plan(&along, 0.01, &map) == KR_ERR_METHOD);
     IS(isnan(kr_state_modified_energy(&along, &s.start, 0.01)));
 }
-/* The growth of a tangent is computed in lanes, which have no rotors. */
-static void test_growth(void)
-{
-    const kr_scene s = tilted(), scenes[2] = {with_rotor(&s, v3(0, 0.25, 0)), s};
-    const double t = 1.0;
-    double growth[2 * KR_GROWTH_COUNT];
-    kr_outcome outcomes[2];
-    kr_worker *worker = NULL;
-    const kr_config config = {.tangents = KR_TANGENT_GROWTH};
-    const kr_tops tops = {
-        .n = 2, .scenes = scenes, .times = 1, .t = &t, .outcomes = outcomes, .growth = growth};
-    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK);
-    IS(kr_worker_run(worker, &tops) == KR_OK);
-    IS(outcomes[0].status == KR_ERR_ROTOR && outcomes[1].status == KR_OK);
-    kr_worker_free(worker);
-}
 /* A body whose momentum is that of its rotor alone does not turn if no torque acts. */
 static void test_rest(void)
 {
@@ -96,7 +80,6 @@ int main(void)
 {
     test_kinds();
     test_refusals();
-    test_growth();
     test_rest();
     return check_result();
 }

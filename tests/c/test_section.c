@@ -22,6 +22,7 @@ static kr_scene random_scene(int i)
     s.start.q = random_quat();
     s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
     if (i % 9 == 8) s.damping = v3(1e-3, 2e-3, 3e-3);
+    if (i % 5 < 2) s.body.rotor = v_scale(i % 5 ? 0.1 : 1.0, s.start.m);
     return s;
 }
 static void random_tops(cut *c, double wait)

@@ -139,12 +139,16 @@ def test_members_of_an_ensemble_equal_single_tops():
         paths = kr.solve(tops, [0.0, 1.0], method, **options)
         for i, path in enumerate(paths):
             alone = kr.solve(tops[i], [0.0, 1.0], method, **options)
-            assert path.states.tobytes() == alone.states.tobytes()
+            # taylor in lanes has rounding errors of its own
+            if method == "taylor":
+                assert np.abs(path.states - alone.states).max() < 1e-14
+            else:
+                assert path.states.tobytes() == alone.states.tobytes()
     axial = kr.Scene(kr.Body(1, (1, 1, 0.5), (0, 0, 0.3)), **START).vary(
         rotor=[(0, 0, 0), (0, 0, 0.2), (0, 0.1, 0)]
     )
     plan = kr.plan(axial, [0.0, 1.0])
-    assert (plan.closed_form, plan.lanes, plan.alone) == (2, 0, 1)
+    assert (plan.closed_form, plan.lanes, plan.alone) == (2, 1, 0)
     assert not kr.solve(axial, [0.0, 1.0]).status.any()
 
 
@@ -374,8 +378,6 @@ def test_functions_without_rotors_refuse_them():
         lambda: kr.solve(HEAVY, 1.0, "exact"),
         lambda: kr.solve(HEAVY.replace(gravity=0), 1.0, "exact"),
         lambda: kr.exact(axial, map="bobenko_suris", step=0.01),
-        lambda: kr.lyapunov(HEAVY, 10.0),
-        lambda: kr.megno(HEAVY.vary(mass=[1.0, 2.0]), 10.0),
         lambda: kr.rod(path),
         lambda: kr.starts(GENERAL, energy=2.0, vertical=0.5, n=2),
         lambda: kr.Scene.spinning(axial.body, spin=9.0, tilt=0.3, steady=True),

@@ -5,7 +5,8 @@
 The ratio compares the processor times of one step of the method taylor in Python, for the same body
 with and without the rotor, motion of the support, friction or damping. Plain tops and others run in
 turn, and the median of the ratios is printed. An ensemble has `MEMBERS` tops on one thread. Plain
-members run in lanes, so the ratio to plain tops that run one by one is printed, too.
+members and those with rotors run in lanes, the others one by one. Therefore the ratio to plain tops
+that run one by one is printed, too.
 """
 
 import argparse

@@ -176,8 +176,6 @@ def parse_growth(
             "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
             "are not conserved"
         )
-    if np.any(scene.body.rotor):
-        raise ValueError("indicators of chaos do not support bodies with rotors")
     instead = "path.tangents of kr.solve(..., tangents='start') shows how changes of the start grow"
     refuse_disturbances(scene, "indicators of chaos do not support tops", reason=instead)
     return times, controls

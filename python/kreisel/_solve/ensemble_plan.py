@@ -186,13 +186,12 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:
         return 0, 0
-    has_rotor = np.broadcast_to(np.any(tops.body.rotor, axis=-1), tops.shape)
     is_damped, is_turning = tops.damping.any(axis=-1), tops.turning.any(axis=-1)
     is_shaken = tops.shaking[..., 0] != 0.0
-    is_alone = is_damped | is_turning | is_shaken | (tops.friction > 0.0) | has_rotor
+    is_alone = is_damped | is_turning | is_shaken | (tops.friction > 0.0)
     alone = int(np.count_nonzero(is_alone))
-    # Some tops with a rotor, and some on a turning support, have a closed form.
-    if options.is_auto and (has_rotor.any() or is_turning.any()):
+    # Some tops on a turning support have a closed form.
+    if options.is_auto and is_turning.any():
         some = tops[is_alone] if tops.shape else tops.reshape(1)
         alone = unsuited(some._core_scenes, "auto")[1]
     closed = tops.size - unsuited(tops._core_scenes, "auto")[1] if options.is_auto else 0
@@ -205,7 +204,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     scene = member(tops, 0)
     plan = make_plan(scene, options.options_for(scene), states)
     kernel, order = Worker(*options.core, []).kernel
-    is_alone = not scene._is_plain
+    is_alone = scene._is_disturbed
     if plan.method != FALLBACK or options.is_one_by_one or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading
