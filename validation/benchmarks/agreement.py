@@ -1,14 +1,14 @@
-"""Agreement of every public function with runs of 20 digits, on random tops of twelve families.
+"""Comparison of every public function with 20-digit solutions, for tops of twelve random families.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
-It is also computed with events, as a section, with tangents, and by kr.lyapunov. All runs have the
-default precision. The reference is the Taylor series with 20 digits. An attitude may deviate from
-the reference by `FLOOR` plus `SLACK` times the conditioning. The conditioning is the angle by which
-the attitude changes if each initial value and parameter changes by one rounding error. The program
-prints a line for each family and each disagreement. The program exits with status 1 if any results
-disagree.
+The motion of each top is computed by kr.solve, in an ensemble, by kr.stream, and by a run that is
+saved and resumed. Events, sections, tangents and Lyapunov exponents are computed as well. All of
+them use the default precision. The reference solution is the Taylor series with 20 digits. An
+attitude may deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The
+conditioning is the angle by which the attitude changes if each initial value and parameter changes
+by one rounding error. The program prints a line for each family and each disagreement. The program
+exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Return the top with its body axes relabelled by a random permutation."""
+    """Return the vectors after one random permutation of the axes."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
