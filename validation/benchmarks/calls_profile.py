@@ -67,7 +67,7 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 
 @contextmanager
-def recorded_calls() -> Iterator[list[str]]:
+def record_calls() -> Iterator[list[str]]:
     """Yield a list that receives the source file of each function called in the package."""
     files: list[str] = []
 
@@ -86,7 +86,7 @@ def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
     """Return the numbers of calls, files and re-entries into files, after a warm-up."""
     for _ in range(WARM_RUNS):
         run()
-    with recorded_calls() as files:
+    with record_calls() as files:
         run()
     visits = [file for file, _ in groupby(files)]
     return len(files), len(set(files)), len(visits) - len(set(files))
