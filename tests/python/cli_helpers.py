@@ -13,13 +13,13 @@ def call(line, *more, code=0, given=None):
     return done.output
 
 
-def raising(error):
+def make_raiser(error):
     """Return a function that raises `error`, whatever its arguments."""
 
-    def fails(*_, **__):
+    def raise_error(*_, **__):
         raise error
 
-    return fails
+    return raise_error
 
 
 def join_lines(text):

@@ -89,12 +89,12 @@ def place(tmp_path_factory):
         signal.signal(signal.SIGALRM, before)
 
 
-def right(name, word):
+def get_valid_values(name, word):
     """Return valid values for a parameter of a call."""
     return PARTICULAR.get(f"{name}.{word}") or RIGHT[word]
 
 
-def is_tame(name, word, value):
+def is_inexpensive(name, word, value):
     """Return True if a call with `value` for the parameter `word` takes little time."""
     limit = LIMITED.get(word, 10.0 if word in SLOW.get(name, ()) else None)
     if limit is None:
@@ -128,8 +128,8 @@ def draw_arguments(draw, name, parameters):
 
 
 def value(name, word, any_value):
-    values = HOSTILE if any_value else st.sampled_from(right(name, word))
-    return values.filter(lambda value: is_tame(name, word, value))
+    values = HOSTILE if any_value else st.sampled_from(get_valid_values(name, word))
+    return values.filter(lambda value: is_inexpensive(name, word, value))
 
 
 def possible_exceptions(name, parameters):
@@ -189,7 +189,7 @@ def test_every_public_name_is_tested():
 def test_every_parameter_has_valid_values(name):
     for p in CALLS[name][1]:
         kind = WORDS.get(p.name, [p.name]) if p.kind is p.VAR_KEYWORD else [p.name]
-        assert all(right(name, word) for word in kind)
+        assert all(get_valid_values(name, word) for word in kind)
 
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
@@ -206,7 +206,7 @@ def test_records_with_invalid_fields_do_not_crash(cls):
         needed = [
             p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD
         ]
-        words = {word: right(name, word)[0] for word in needed}
+        words = {word: get_valid_values(name, word)[0] for word in needed}
         signal.alarm(SECONDS)
         with contextlib.suppress(Exception):
             bent = dataclasses.replace(thing, **{field: odd})

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines, raising
+from cli_helpers import call, join_lines, make_raiser
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
 from kreisel._options.times import CHUNK_SIZE
@@ -265,7 +265,7 @@ def test_the_table_of_methods_is_markdown():
 @pytest.mark.usefixtures("source_tree")
 def test_a_report_without_its_dependencies_names_them(monkeypatch):
     missing = ModuleNotFoundError("No module named 'heyoka'", name="heyoka")
-    monkeypatch.setattr(importlib, "import_module", raising(missing))
+    monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
     told = call("report --quick", code=1)
     assert "the report needs heyoka: pip install 'kreisel[report]'" in told
     assert "--thesis" in call("report --help")
@@ -274,7 +274,7 @@ def test_a_report_without_its_dependencies_names_them(monkeypatch):
 @pytest.mark.usefixtures("source_tree")
 def test_a_missing_module_of_the_report_is_not_hidden(monkeypatch):
     missing = ModuleNotFoundError("no", name="validation.parts")
-    monkeypatch.setattr(importlib, "import_module", raising(missing))
+    monkeypatch.setattr(importlib, "import_module", make_raiser(missing))
     done = CliRunner().invoke(cli.main, ["report"])
     assert done.exception is missing
 

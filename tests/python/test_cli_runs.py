@@ -10,7 +10,7 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, join_lines, raising
+from cli_helpers import call, join_lines, make_raiser
 from click.testing import CliRunner
 from internals import cli
 from kreisel._cli import outputs
@@ -261,7 +261,7 @@ def test_a_stopped_comparison_shows_its_finished_rows(monkeypatch):
     ],
 )
 def test_exceptions_end_a_command_with_one_line_and_an_exit_code(monkeypatch, error, code, words):
-    monkeypatch.setattr(cli.compare, "compared", raising(error))
+    monkeypatch.setattr(cli.compare, "compared", make_raiser(error))
     told = call(COMPARED, code=code)
     assert words in told and told.count("\n") == (1 if words else 0)
 

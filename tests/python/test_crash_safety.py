@@ -263,7 +263,7 @@ def example():
     return code.replace("1e6, every=100", f"{END}, every=5, chunk={CHUNK}")
 
 
-def lives(folder, kill):
+def count_processes(folder, kill):
     """Return the number of processes needed to reach the end.
 
     Each process is killed at its third call of the function `kill`, and leaves an incomplete row.
@@ -272,15 +272,15 @@ def lives(folder, kill):
 import os, pathlib, kreisel as kr, numpy as np
 scene = kr.scenes.asymmetric
 calls = []
-def dies(call, *words):
+def call_or_exit(call, *words):
     calls.append(call)
     if len(calls) == 3:
         os._exit(9)
     return call(*words)
 real = {kill}
-def deadly(*words):
-    return dies(real, *words)
-{kill} = deadly
+def replacement(*words):
+    return call_or_exit(real, *words)
+{kill} = replacement
 """
     for life in itertools.count(1):
         done = python(code + example(), cwd=folder)
@@ -295,6 +295,6 @@ def deadly(*words):
 def test_every_state_is_stored_once(kill, tmp_path):
     whole = kr.solve(kr.scenes.asymmetric, END, "strang", step=0.01, every=5)
     chunks = -(-len(whole) // CHUNK)
-    assert lives(tmp_path, kill) > chunks / 3
+    assert count_processes(tmp_path, kill) > chunks / 3
     kept = np.fromfile(tmp_path / "states").reshape(-1, 8)
     assert np.array_equal(kept, whole.states)

@@ -22,7 +22,7 @@ def exact(numbers):
     return [mp.mpf(float(x)) for x in numbers]
 
 
-def turn(vector, angle):
+def rotation_quaternion(vector, angle):
     """Return the quaternion of a rotation about `vector` by `angle` * |vector|."""
     size = mp.sqrt(sum(x * x for x in vector))
     sine = mp.sin(size * angle / 2) / size if size else mp.mpf(0)
@@ -39,13 +39,15 @@ def free_symmetric(scene, t):
     axis = product(product(q, [0, 0, 0, 1]), [q[0], -q[1], -q[2], -q[3]])[1:]
     axial = sum(x * y for x, y in zip(m, axis, strict=True))
     spin = [mp.mpf(0), mp.mpf(0), axial * (1 / lone - 1 / one)]
-    principal = product(product(turn([x / one for x in m], t), q), turn(spin, t))
+    principal = product(
+        product(rotation_quaternion([x / one for x in m], t), q), rotation_quaternion(spin, t)
+    )
     described = product(principal, [axes[0], *(-x for x in axes[1:])])
     norm = mp.sqrt(sum(x * x for x in axes))
     return [x / norm for x in described]
 
 
-def off(path):
+def largest_attitude_error(path):
     """Return the largest angle between the states of a path and the elementary solution [rad]."""
     worst = mp.mpf(0)
     for t, high, low in zip(path.t, path.q, path.q_low, strict=True):
@@ -79,7 +81,7 @@ def test_a_sum_of_few_exponentials_is_accurate_to_all_digits(digits, bound, end)
     with mp.workdps(60):
         for scene in free_tops():
             path = kr.solve(scene, [end * t for t in TIMES], "taylor", digits=digits)
-            assert off(path) < bound, scene
+            assert largest_attitude_error(path) < bound, scene
 
 
 def test_a_steady_precession_is_accurate_to_all_digits():
@@ -90,7 +92,7 @@ def test_a_steady_precession_is_accurate_to_all_digits():
     assert paths[0].error < 1e-18
 
 
-def needles(lone, turned):
+def draw_thin_bodies(lone, turned):
     """Yield random free bodies with one small moment, in principal axes or in rotated axes."""
     random = np.random.default_rng(5)
     for _ in range(8):
@@ -111,9 +113,9 @@ def test_thin_bodies_are_accurate_to_30_digits_with_right_error_estimates(lone, 
     """
     ratios = []
     with mp.workdps(60):
-        for end, scene in zip((8.0, -8.0) * 4, needles(lone, turned), strict=True):
+        for end, scene in zip((8.0, -8.0) * 4, draw_thin_bodies(lone, turned), strict=True):
             path = kr.solve(scene, [end], "taylor", digits=30)
-            true = off(path)
+            true = largest_attitude_error(path)
             assert true < 3e-30
             ratios.append(path.error / true)
     assert min(ratios) > 0.3 and np.median(ratios) < 3 and max(ratios) < 15
@@ -123,7 +125,7 @@ def test_the_error_estimate_of_30_digits_is_near_the_true_error():
     """Check that the median ratio of estimated to true error is near 1."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
-        ratios = sorted(path.error / off(path) for path in paths)
+        ratios = sorted(path.error / largest_attitude_error(path) for path in paths)
     assert ratios[0] > 0.03 and ratios[-1] < 30
     assert 1 / 3 < ratios[len(ratios) // 2] < 3
 

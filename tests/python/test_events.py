@@ -26,7 +26,7 @@ def random_scene(rng):
     )
 
 
-def of_every_kind(scene):
+def make_all_events(scene):
     return [
         events.nutation(),
         events.loop(),
@@ -53,7 +53,7 @@ def test_no_event_is_missed_or_found_twice(seed, damping):
     """Compare events with sign changes on a time grid that is 1000 times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
-    wanted = of_every_kind(scene)
+    wanted = make_all_events(scene)
     path = kr.solve(scene, end, events=wanted)
     times = np.linspace(0, end, 1000 * path.stats.steps)
     dense = kr.solve(scene, times, "taylor")
@@ -76,7 +76,7 @@ def test_events_do_not_change_the_path():
     times = np.linspace(0, 30, 301)
     for how in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
         plain = kr.solve(GENERAL, times, "taylor", **how)
-        watched = kr.solve(GENERAL, times, events=of_every_kind(GENERAL), **how)
+        watched = kr.solve(GENERAL, times, events=make_all_events(GENERAL), **how)
         assert np.array_equal(plain.states, watched.states) and plain.stats == watched.stats
         assert np.array_equal(plain.q_low, watched.q_low)
         at_events = kr.solve(GENERAL, watched.events.t, "taylor", **how)
@@ -319,11 +319,11 @@ except kr.Interrupted as stopped:
 
 def test_events_do_not_depend_on_threads():
     scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(4)]
-    alone = [kr.solve(scene, 100, events=of_every_kind(scene)).events.states for scene in scenes]
+    alone = [kr.solve(scene, 100, events=make_all_events(scene)).events.states for scene in scenes]
     among = {}
 
     def run(i):
-        among[i] = kr.solve(scenes[i], 100, events=of_every_kind(scenes[i])).events.states
+        among[i] = kr.solve(scenes[i], 100, events=make_all_events(scenes[i])).events.states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
     for go in (threading.Thread.start, threading.Thread.join):

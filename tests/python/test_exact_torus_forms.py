@@ -47,7 +47,7 @@ def form(request):
     return request.param
 
 
-def apart(one, other):
+def largest_distance(one, other):
     near = np.minimum(
         np.linalg.norm(one.q - other.q, axis=1), np.linalg.norm(one.q + other.q, axis=1)
     )
@@ -59,7 +59,7 @@ def test_states_agree_with_30_digits(form):
     assert isinstance(top, form.result) and isinstance(top, kr.ExactTorus)
     assert top.certificate < 1e-13 and top.mismatch == 0.0
     for t in ([0.5, 7.0, 300.0], [-3.0, -200.0]):
-        assert apart(top(t), kr.solve(form.scene, t, digits=30)) < 2e-14
+        assert largest_distance(top(t), kr.solve(form.scene, t, digits=30)) < 2e-14
 
 
 @pytest.mark.parametrize("axes", list(itertools.permutations(range(3))))
@@ -69,7 +69,10 @@ def test_states_are_right_for_any_axis_order_and_sign_of_gravity(form, axes, gra
     com = np.array((0.0, -0.7, 0.0))[list(axes)]
     scene = form.scene.replace(body=form.body(tuple(moments), tuple(com)), gravity=gravity)
     # Some tops are near a resonance: one rounding error of the start moves them by 2e-14 rad.
-    assert apart(kr.exact(scene)([5.0, 40.0]), kr.solve(scene, [5.0, 40.0], digits=30)) < 2e-13
+    assert (
+        largest_distance(kr.exact(scene)([5.0, 40.0]), kr.solve(scene, [5.0, 40.0], digits=30))
+        < 2e-13
+    )
 
 
 def test_many_times_equal_single_times_bitwise(form):
@@ -90,7 +93,7 @@ def test_integrals_are_constant_at_any_time(form):
 def test_method_exact_equals_the_closed_form(form):
     t = [1.0, 20.0]
     path = kr.solve(form.scene, t, method="exact")
-    assert path.method == "exact" and apart(path, kr.exact(form.scene)(t)) < 5e-15
+    assert path.method == "exact" and largest_distance(path, kr.exact(form.scene)(t)) < 5e-15
 
 
 def test_motions_without_closed_form_are_refused_by_name(form):

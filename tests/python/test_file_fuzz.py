@@ -74,7 +74,7 @@ def file(tmp_path_factory):
 
 
 @st.composite
-def bent(draw, data):
+def corrupt_bytes(draw, data):
     """Return `data` with up to four random changes."""
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, len(data)))
@@ -86,10 +86,10 @@ def bent(draw, data):
 
 
 @st.composite
-def bent_text(draw, text):
+def corrupt_text(draw, text):
     """Return TOML text with up to three replaced words or changed letters."""
     if draw(st.booleans()):
-        return draw(bent(text.encode())).decode("utf-8", "surrogateescape")
+        return draw(corrupt_bytes(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
         words = list(re.finditer(r"[\w.+-]+|\[.*\]|=|\n", text)) or [re.match("", text)]
         word = draw(st.sampled_from(words))
@@ -98,7 +98,7 @@ def bent_text(draw, text):
 
 
 @st.composite
-def bent_head(draw, head):
+def corrupt_header(draw, head):
     """Return a JSON object with one key removed or one value changed."""
     head = json.loads(json.dumps(head))
     table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
@@ -140,13 +140,13 @@ def use_run(run):
 
 
 @EXAMPLES
-@given(st.sampled_from(TEXTS).flatmap(bent_text))
+@given(st.sampled_from(TEXTS).flatmap(corrupt_text))
 def test_any_text_is_a_scene_or_is_refused(text):
     read_and_use(lambda: kr.Scene.from_toml(text + "\n"), use_scene)
 
 
 @EXAMPLES
-@given(st.sampled_from(CHECKPOINTS).flatmap(bent))
+@given(st.sampled_from(CHECKPOINTS).flatmap(corrupt_bytes))
 def test_any_bytes_are_a_run_or_are_refused(data):
     read_and_use(lambda: kr.resume(data, max_steps=MOST), use_run)
 
@@ -158,10 +158,11 @@ def test_any_checkpoint_with_a_correct_checksum_is_a_run_or_is_refused(data):
     _, _, body = body.partition(b"\n")
     line, _, memory = body.partition(b"\n")
     if data.draw(st.booleans()):
-        line = json.dumps(data.draw(bent_head(json.loads(line)))).encode()
+        line = json.dumps(data.draw(corrupt_header(json.loads(line)))).encode()
     else:
         line, memory = data.draw(
-            st.tuples(bent(line), st.just(memory)) | st.tuples(st.just(line), bent(memory))
+            st.tuples(corrupt_bytes(line), st.just(memory))
+            | st.tuples(st.just(line), corrupt_bytes(memory))
         )
     body = line + b"\n" + memory
     whole = start + b"\n%08x\n" % zlib.crc32(body) + body
@@ -190,11 +191,11 @@ def test_any_archive_is_a_path_or_is_refused(data, file):
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""
     if name == "head.npy":
-        inside[name] = array(json.dumps(data.draw(bent_head(json.loads(text)))))
+        inside[name] = array(json.dumps(data.draw(corrupt_header(json.loads(text)))))
     elif name == "scene.npy":
-        inside[name] = array(data.draw(bent_text(text)).encode("utf-8", "replace").decode())
+        inside[name] = array(data.draw(corrupt_text(text)).encode("utf-8", "replace").decode())
     else:
-        inside[name] = data.draw(bent(inside[name]))
+        inside[name] = data.draw(corrupt_bytes(inside[name]))
     with zipfile.ZipFile(file, "w") as archive:
         for each, content in inside.items():
             archive.writestr(each, content)
@@ -205,7 +206,7 @@ def test_any_archive_is_a_path_or_is_refused(data, file):
 @given(data=st.data())
 def test_any_bytes_are_a_path_or_are_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
-    file.write_bytes(data.draw(bent(file.read_bytes())))
+    file.write_bytes(data.draw(corrupt_bytes(file.read_bytes())))
     read_and_use(lambda: kr.load(file), lambda found: None)
 
 

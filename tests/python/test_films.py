@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
-from cli_helpers import raising
+from cli_helpers import make_raiser
 from kreisel._plot import film as made
 from kreisel._plot import stage
 from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ def test_a_film_can_be_saved(tmp_path):
 def test_an_unwritable_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
     film = kr.solve(kr.scenes.asymmetric, 0.5).animate(speed=0.5, fps=2, size=32)
     with monkeypatch.context() as patch:
-        patch.setattr(os, "open", raising(PermissionError(errno.EACCES, "Permission denied")))
+        patch.setattr(os, "open", make_raiser(PermissionError(errno.EACCES, "Permission denied")))
         with pytest.raises(PermissionError, match=r"top\.gif cannot be written: Permission denied"):
             film.save(tmp_path / "top.gif")
     assert os.listdir(tmp_path) == []

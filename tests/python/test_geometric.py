@@ -43,7 +43,7 @@ def tilt_about_e1(angle):
     return (np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0)
 
 
-def lingering(rng):
+def draw_near_unstable_equilibrium(rng):
     """Return a top that starts near an unstable equilibrium, at rest or almost at rest."""
     small = rng.normal(size=3) * 10 ** rng.uniform(-9, -4)
     if rng.random() < 0.4:
@@ -58,7 +58,7 @@ def lingering(rng):
 @pytest.mark.parametrize("seed", range(24))
 def test_near_unstable_equilibria_the_error_is_met_or_refused(seed):
     rng = np.random.default_rng(seed)
-    scene, target = lingering(rng), 10 ** rng.uniform(-9, -4)
+    scene, target = draw_near_unstable_equilibrium(rng), 10 ** rng.uniform(-9, -4)
     times = np.linspace(0.0, rng.choice([-1, 1]) * rng.uniform(20, 100), 501)
     try:
         path = kr.solve(scene, times, method="geometric", error=target)

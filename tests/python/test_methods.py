@@ -25,12 +25,12 @@ def cases(wanted=lambda name, body: True, **flags):
     ]
 
 
-def leads(name, body):
+def has_visible_leading_error(name, body):
     """Return True unless rounding may hide the leading error term of the method for this body."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 
-@pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
+@pytest.mark.parametrize("name, body", cases(has_visible_leading_error, adaptive=False))
 def test_orders_agree_with_the_table(name, body):
     """Check that the orders measured in q and in m agree with the table within 0.2."""
     order = kr.methods[name].order
@@ -149,7 +149,7 @@ CONSERVED = {  # the quantities that are conserved according to each word of the
 }
 
 
-def is_promised(name, body):
+def has_conserved_quantity(name, body):
     return body in CONSERVED.get(kr.methods[name].conserves, {})
 
 
@@ -157,7 +157,7 @@ def test_conserved_quantities_in_the_table_are_known():
     assert {method.conserves for method in kr.methods.values()} <= set(CONSERVED)
 
 
-@pytest.mark.parametrize("name, body", cases(is_promised))
+@pytest.mark.parametrize("name, body", cases(has_conserved_quantity))
 def test_conserved_quantities_in_the_table_are_conserved(name, body):
     """Check the integrals in the table, except modified energies and rational integrals."""
     method = kr.methods[name]

@@ -188,7 +188,7 @@ def test_parallel_threads_give_the_same_bits():
     assert all(np.array_equal(among[i], alone[i]) for i in range(8))
 
 
-def almost_of_a_kind():
+def list_nearly_symmetric_tops():
     yield (
         "beside the axis",
         kr.Body(1, (1, 1, 0.5), (0.8e-12, 0, 1), unphysical=True),
@@ -215,7 +215,7 @@ def almost_of_a_kind():
     yield "upright", kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True), (1e-7, 0, 1.0), 1.0, 60.0
 
 
-@pytest.mark.parametrize("case", list(almost_of_a_kind()), ids=lambda case: case[0])
+@pytest.mark.parametrize("case", list(list_nearly_symmetric_tops()), ids=lambda case: case[0])
 @pytest.mark.parametrize(
     "method, step",
     [("bobenko_suris4", 0.01), ("kahan_li8", 0.05), ("strang", 0.01), ("taylor", None)],
@@ -316,9 +316,9 @@ def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, another):
 
 
 def test_unknown_memory_size_counts_as_enough(monkeypatch):
-    def untold(_):
+    def raise_value_error(_):
         raise ValueError("unrecognized configuration name")
 
     with monkeypatch.context() as broken:
-        broken.setattr(os, "sysconf", untold)
+        broken.setattr(os, "sysconf", raise_value_error)
         assert len(kr.solve(TOP, 1.0, "rk4", step=0.01, every=10)) == 11

@@ -24,7 +24,7 @@ def check_refusal(make, words, exception, message):
 
 
 @pytest.fixture(autouse=True)
-def nothing_runs(monkeypatch):
+def forbid_runs(monkeypatch):
     def record(*words, original=core_calls.record, **more):
         assert original(*words, **more) is None, "a run was begun"
 

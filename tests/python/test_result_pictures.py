@@ -232,7 +232,7 @@ TO_CONES = np.array(
 WITHOUT_GREEN = np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 1.0]])
 
 
-def seen_by_deuteranopes(colour):
+def simulate_deuteranopia(colour):
     """Return a colour as seen by deuteranopes (Vienot, Brettel and Mollon 1999)."""
     linear = np.array(to_rgb(colour)) ** 2.2
     seen = np.linalg.solve(TO_CONES, WITHOUT_GREEN @ TO_CONES @ linear)
@@ -248,7 +248,7 @@ def seen_by_deuteranopes(colour):
     ],
 )
 def test_deuteranopes_can_distinguish_the_colours(colours):
-    seen = [seen_by_deuteranopes(colour) for colour in colours]
+    seen = [simulate_deuteranopia(colour) for colour in colours]
     for i, one in enumerate(seen):
         for other in seen[:i]:
             assert np.abs(one - other).max() > 0.3

@@ -12,7 +12,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
 PHI = np.arange(12) * np.pi / 6
 
 
-def between(a, b):
+def gauss_nodes(a, b):
     """Return the nodes and weights of Gauss quadrature on the interval from `a` to `b`."""
     return 0.5 * (a + b) + 0.5 * (b - a) * NODES, 0.5 * (b - a) * WEIGHTS
 
@@ -20,14 +20,14 @@ def between(a, b):
 def round_solid(inner, outer, bottom, top):
     """Return quadrature points and weights of a solid of revolution with the given radii."""
     points, weights = [], []
-    for z, dz in zip(*between(bottom, top), strict=True):
-        for r, dr in zip(*between(inner(z), outer(z)), strict=True):
+    for z, dz in zip(*gauss_nodes(bottom, top), strict=True):
+        for r, dr in zip(*gauss_nodes(inner(z), outer(z)), strict=True):
             points += [(r * np.cos(phi), r * np.sin(phi), z) for phi in PHI]
             weights += [dz * dr * r * np.pi / 6] * len(PHI)
     return np.array(points), np.array(weights)
 
 
-def flat(points, weights):
+def to_arrays(points, weights):
     return np.array(points, dtype=float), np.array(weights, dtype=float)
 
 
@@ -39,7 +39,7 @@ def shell():
     z, dz = NODES, WEIGHTS
     rho = np.sqrt(1 - z * z)
     points = [(r * np.cos(p), r * np.sin(p), h) for r, h in zip(rho, z, strict=True) for p in PHI]
-    return flat(points, np.repeat(dz, len(PHI)))
+    return to_arrays(points, np.repeat(dz, len(PHI)))
 
 
 def stretch_ball(by):
@@ -51,7 +51,7 @@ def stretch_ball(by):
 SHAPES = {
     "cuboid": (
         {"half": (0.6, 0.8, 1.0)},
-        flat(
+        to_arrays(
             [(a, b, c) for a in 0.6 * NODES for b in 0.8 * NODES for c in NODES],
             0.48 * np.multiply.outer(np.multiply.outer(WEIGHTS, WEIGHTS), WEIGHTS).ravel(),
         ),
@@ -76,13 +76,13 @@ SHAPES = {
     ),
     "disk": (
         {"radius": 0.5},
-        flat(
-            [(r * np.cos(p), r * np.sin(p), 0) for r in between(0, 0.5)[0] for p in PHI],
-            np.repeat(between(0, 0.5)[1] * between(0, 0.5)[0], len(PHI)),
+        to_arrays(
+            [(r * np.cos(p), r * np.sin(p), 0) for r in gauss_nodes(0, 0.5)[0] for p in PHI],
+            np.repeat(gauss_nodes(0, 0.5)[1] * gauss_nodes(0, 0.5)[0], len(PHI)),
         ),
         0,
     ),
-    "rod": ({"length": 3.0}, flat([(0, 0, z) for z in 1.5 * NODES], WEIGHTS), 0),
+    "rod": ({"length": 3.0}, to_arrays([(0, 0, z) for z in 1.5 * NODES], WEIGHTS), 0),
     "shell": ({"radius": 1.0, "shell": True}, shell(), 0),
 }
 MAKERS = {"shell": "sphere"}

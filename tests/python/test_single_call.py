@@ -21,7 +21,7 @@ class NotPlain(float):
     """A number that only the Python validation accepts as a time or a component."""
 
 
-def not_plain(numbers):
+def wrap_numbers(numbers):
     return [NotPlain(x) for x in numbers]
 
 
@@ -29,7 +29,7 @@ class OwnScene(kr.Scene):
     """A user-defined subclass of Scene."""
 
 
-def facts(path):
+def collect_attributes(path):
     """Return all attributes of a path, with arrays as bytes."""
     names = ("t", "q", "m") if path.want is None else ("t", *path.want)
     arrays = {name: getattr(path, name).tobytes() for name in names}
@@ -44,12 +44,14 @@ def test_plain_times_give_the_path_of_validated_times(method, want, sign):
     scene = TOP if method == "auto" else scene_for(method)
     words = words_for(method) if method != "auto" else {}
     times = [sign * t for t in TIMES]
-    slow = kr.solve(scene, not_plain(times), method, want=want, **words)
+    slow = kr.solve(scene, wrap_numbers(times), method, want=want, **words)
     for given in (times, tuple(times), np.array(times), [int(t) if t == 1 else t for t in times]):
         path = kr.solve(scene, given, method, want=want, **words)
-        assert facts(path) == facts(slow)
+        assert collect_attributes(path) == collect_attributes(slow)
     number = kr.solve(scene, times[-1], method, want=want, **words)
-    assert facts(number) == facts(kr.solve(scene, NotPlain(times[-1]), method, want=want, **words))
+    assert collect_attributes(number) == collect_attributes(
+        kr.solve(scene, NotPlain(times[-1]), method, want=want, **words)
+    )
 
 
 @pytest.mark.parametrize("want", [None, WANTED])
@@ -57,7 +59,7 @@ def test_plain_times_give_the_path_of_validated_times(method, want, sign):
 def test_a_path_from_a_single_call_is_complete(words, want):
     path, scene = kr.solve(TOP, TIMES, want=want, **words), OwnScene(TOP.body, TOP.momentum)
     for again in (pickle.loads(pickle.dumps(path)), copy.deepcopy(path), path[:]):
-        assert facts(again) == facts(path)
+        assert collect_attributes(again) == collect_attributes(path)
         assert again._low is path._low is None or again._low.tobytes() == path._low.tobytes()
     assert not any(getattr(path, name).flags.writeable for name in ("t", "q", "m"))
     assert len(path.events) == 0 and (want is None) == hasattr(path, "states")
@@ -117,7 +119,7 @@ def test_a_failure_keeps_the_states_reached():
 def test_progress_is_called_at_the_end():
     called = []
     path = kr.solve(TOP, TIMES, progress=called.append)
-    assert called == [2.5] and facts(path) == facts(kr.solve(TOP, TIMES))
+    assert called == [2.5] and collect_attributes(path) == collect_attributes(kr.solve(TOP, TIMES))
     assert len(kr.solve(TOP, [], progress=called.append)) == 0 and called == [2.5]
 
 
@@ -130,8 +132,8 @@ def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want)
     for given in (0.5, [0.5, 0.75], np.array([1.0, 1.0]), 2.0, []):
         times = sign * np.array(given) if np.ndim(given) else sign * given
         plain = times.tolist() if isinstance(given, list) else times
-        checked = not_plain(times) if np.ndim(given) else NotPlain(times)
-        assert facts(fast.to(plain)) == facts(slow.to(checked))
+        checked = wrap_numbers(times) if np.ndim(given) else NotPlain(times)
+        assert collect_attributes(fast.to(plain)) == collect_attributes(slow.to(checked))
         assert (fast.t, fast.stats) == (slow.t, slow.stats)
     with pytest.raises(ValueError, match="goes back from"):
         fast.to(sign * 1.5)
@@ -143,15 +145,15 @@ def test_a_run_advances_equally_by_plain_and_validated_times(method, back, want)
 def test_a_reset_by_plain_numbers_equals_a_validated_one(method, attitude):
     name, words = (method, words_for(method)) if method != "digits" else ("taylor", {"digits": 20})
     fast, slow = (kr.start(scene_for(name), name, **words) for _ in range(2))
-    slow_attitude = None if attitude is None else not_plain(attitude)
+    slow_attitude = None if attitude is None else wrap_numbers(attitude)
     for run in fast, slow:
         run.to(1.25)
     fast.reset(MOMENTUM, attitude)
-    slow.reset(not_plain(MOMENTUM), slow_attitude)
+    slow.reset(wrap_numbers(MOMENTUM), slow_attitude)
     assert fast.scene == slow.scene and fast.scene._block == slow.scene._block
     assert vars(fast.scene).keys() >= {"body", "damping", "gravity"}
     assert (fast.t, fast.start_time, fast.stats) == (1.25, 1.25, (0, 0, 0, 0))
-    assert facts(fast.to([1.25, 2.0])) == facts(slow.to([1.25, 2.0]))
+    assert collect_attributes(fast.to([1.25, 2.0])) == collect_attributes(slow.to([1.25, 2.0]))
     assert kr.resume(fast.checkpoint).to(3.0).states.tobytes() == slow.to(3.0).states.tobytes()
 
 

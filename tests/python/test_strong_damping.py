@@ -54,7 +54,7 @@ def test_paths_agree_with_an_implicit_integrator(damping):
     assert np.allclose(path.body_velocity[0], truth.y[:3, -1], rtol=1e-7, atol=1e-14)
 
 
-def creeping(t, damping, height=1.0):
+def compute_creep_nutation(t, damping, height=1.0):
     """Return the nutation of a top that creeps in a vertical plane, with error O(1 / damping^2)."""
     return 2.0 * math.atan(math.tan(0.25) * math.exp((t - height / damping) / damping))
 
@@ -66,7 +66,7 @@ def test_a_top_creeps_at_the_rate_of_the_slow_motion(damping):
     top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
     times = np.array([0.1, 1.0, 3.0]) * damping
     path = kr.solve(top, times, max_steps=100)
-    assert np.abs(path.nutation - [creeping(t, damping) for t in times]).max() < 1e-11
+    assert np.abs(path.nutation - [compute_creep_nutation(t, damping) for t in times]).max() < 1e-11
     assert path.error < 1e-14
 
 
@@ -94,7 +94,7 @@ def test_a_symmetric_top_reaches_the_slow_manifold_with_any_spin(damping, veloci
         path = kr.solve(top, [1.0, 3 * damping], max_steps=800, **settings)
         assert path.nutation[0] == pytest.approx(0.5, abs=20 / damping)
     moved = 4 * 2.0 / damping  # the rotation by the spin until the spin has decayed
-    assert abs(path.nutation[1] - creeping(3 * damping, damping)) < 2 * moved
+    assert abs(path.nutation[1] - compute_creep_nutation(3 * damping, damping)) < 2 * moved
     q, _ = Series(top).to(20 / damping)
     assert attitude_error(q, kr.solve(top, [20 / damping], max_steps=200).q[0]) < 1e-15
 

@@ -60,43 +60,43 @@ except OSError as error:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def complete_sweep(tmp_path_factory):
     place = tmp_path_factory.mktemp("whole")
     run_sweep(place)
     return place
 
 
 @pytest.fixture(scope="module")
-def whole_hash(whole):
-    return hash_rows(whole)
+def complete_hash(complete_sweep):
+    return hash_rows(complete_sweep)
 
 
 def parts(folder):
     return sorted(file.name for file in folder.glob("*.parquet"))
 
 
-def test_a_killed_client_loses_at_most_a_part(tmp_path, whole_hash):
+def test_a_killed_client_loses_at_most_a_part(tmp_path, complete_hash):
     with start_python(SWEEP, tmp_path, "wait") as run:
         assert run.stdout.readline() == "there\n"
         run.kill()
     assert parts(tmp_path) == [f"part-{i:06}.parquet" for i in range(len(parts(tmp_path)))]
     assert 1 <= len(parts(tmp_path)) < PARTS
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == whole_hash
+    assert hash_rows(tmp_path) == complete_hash
 
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
-def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, whole_hash, moment):
+def test_a_client_killed_during_writing_leaves_no_partial_file(tmp_path, complete_hash, moment):
     with start_python(KILLED, tmp_path, moment) as run:
         assert run.wait() == -signal.SIGKILL
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
     (left,) = tmp_path.glob(".*.new")
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == whole_hash and left.exists()
+    assert hash_rows(tmp_path) == complete_hash and left.exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT])
-def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, whole_hash, number):
+def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, complete_hash, number):
     with start_python(SWEEP, tmp_path, "go on") as run:
         assert run.stdout.readline() == "there\n"
         run.send_signal(number)
@@ -105,17 +105,17 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, whole_hash, nu
     left = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", said)
     assert left and len(parts(tmp_path)) == PARTS - int(left[1]), said
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == whole_hash
+    assert hash_rows(tmp_path) == complete_hash
 
 
-def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, whole_hash):
+def test_a_full_disk_raises_and_leaves_no_partial_file(tmp_path, complete_hash):
     run_sweep(tmp_path, parts=range(0))
     with start_python(FULL, tmp_path, 5000) as run:
         said, wrong = run.communicate()
     assert "File too large" in said and "part-000000.parquet" in said, wrong
     assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.json"]
     run_sweep(tmp_path)
-    assert hash_rows(tmp_path) == whole_hash
+    assert hash_rows(tmp_path) == complete_hash
 
 
 def flip_bit(data, at):
@@ -278,21 +278,21 @@ def test_a_part_of_another_version_is_recomputed_with_a_warning(tmp_path, monkey
     assert (tmp_path / "part-000001.parquet").read_bytes() == before
 
 
-def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, whole_hash):
+def test_two_sweeps_in_one_folder_do_not_interfere(tmp_path, complete_hash):
     runs = [
         start_python("import sys; from sweeps import run_sweep; run_sweep(sys.argv[1])", tmp_path)
         for _ in range(2)
     ]
     for run in runs:
         assert run.communicate()[1] == "" and run.returncode == 0
-    assert hash_rows(tmp_path) == whole_hash and sorted(os.listdir(tmp_path))[-1] == "plan.json"
+    assert hash_rows(tmp_path) == complete_hash and sorted(os.listdir(tmp_path))[-1] == "plan.json"
 
 
-def test_two_threads_may_start_one_sweep(tmp_path, whole_hash):
+def test_two_threads_may_start_one_sweep(tmp_path, complete_hash):
     with ThreadPoolExecutor(4) as pool:
         for done in pool.map(lambda _: run_sweep(tmp_path, threads=1), range(4)):
             assert done.missing == []
-    assert hash_rows(tmp_path) == whole_hash and not list(tmp_path.glob(".*"))
+    assert hash_rows(tmp_path) == complete_hash and not list(tmp_path.glob(".*"))
 
 
 def test_equivalent_arguments_give_the_same_plan(tmp_path):

@@ -128,7 +128,7 @@ def test_a_notebook_embeds_the_viewer(browser_addresses, monkeypatch, shell, pag
 
 
 @pytest.fixture
-def home(tmp_path, monkeypatch):
+def empty_home(tmp_path, monkeypatch):
     """Provide an empty home directory and a small viewer, without a browser."""
     monkeypatch.setattr(view, "_PAGE", tmp_path / "viewer.html")
     (tmp_path / "viewer.html").write_text(
@@ -170,11 +170,11 @@ def test_a_page_shows_up_to_three_methods(n):
     assert view.view(TOP, methods=names, open=False).scene["methods"] == names
 
 
-def test_without_a_browser_the_warning_names_the_calling_line(home):
+def test_without_a_browser_the_warning_names_the_calling_line(empty_home):
     page = view.view(TOP, open=False)
     with pytest.warns(UserWarning, match="no browser was found") as told:
         file = page.open()
-    assert file == home / ".cache/kreisel/thesis.html" and told[0].filename == __file__
+    assert file == empty_home / ".cache/kreisel/thesis.html" and told[0].filename == __file__
     text = file.read_text()
     assert text.count("null</script>") == 1 and text.endswith("null</script>")
     assert page._repr_html_().startswith('<iframe srcdoc="&lt;script')
@@ -188,7 +188,7 @@ def test_without_a_browser_the_warning_names_the_calling_line(home):
     ]
 
 
-def test_text_in_a_scene_cannot_end_the_script(home):
+def test_text_in_a_scene_cannot_end_the_script(empty_home):
     page = view.View({**view.view(TOP, open=False).scene, "name": "</script>"})
     assert page.html.count("</script>") == 2 and "\\u003c/script>" in page.html
 
@@ -204,28 +204,28 @@ def test_text_in_a_scene_cannot_end_the_script(home):
     ],
 )
 def test_viewers_are_saved_in_the_cache_folder_of_the_system(
-    home, monkeypatch, system, words, place
+    empty_home, monkeypatch, system, words, place
 ):
     for name, value in words.items():
-        monkeypatch.setenv(name, value.format(home))
+        monkeypatch.setenv(name, value.format(empty_home))
     monkeypatch.setattr(sys, "platform", system)
     found = view._viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
-    assert found == home / place and found.is_dir()
+    assert found == empty_home / place and found.is_dir()
 
 
-def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(home, monkeypatch):
-    (home / "file").write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(home / "file"))
-    monkeypatch.setattr(tempfile, "tempdir", str(home))
+def test_viewers_are_saved_in_a_temporary_folder_without_a_cache_folder(empty_home, monkeypatch):
+    (empty_home / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(empty_home / "file"))
+    monkeypatch.setattr(tempfile, "tempdir", str(empty_home))
     found = view._viewer_folder()
-    assert found.parent == home and found.name.startswith("kreisel-") and found.is_dir()
+    assert found.parent == empty_home and found.name.startswith("kreisel-") and found.is_dir()
 
 
-def test_an_installation_without_viewer_raises_an_error(home):
-    os.unlink(home / "viewer.html")
+def test_an_installation_without_viewer_raises_an_error(empty_home):
+    os.unlink(empty_home / "viewer.html")
     with pytest.raises(
         FileNotFoundError, match=r"without its viewer, .*viewer\.html: run `make viewer`"
     ):
         view.view(TOP, open=False).html  # noqa: B018  reading the attribute raises
-    assert not Path(home / ".cache").exists()
+    assert not Path(empty_home / ".cache").exists()

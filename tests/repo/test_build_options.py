@@ -22,7 +22,7 @@ def build_library(folder, **options):
     return folder / "libkreisel.a"
 
 
-def offers(library, *methods):
+def query_methods(library, *methods):
     """Return each method's status codes in a build, and the names in the build's method table."""
     program = library.with_name("options")
     run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
@@ -39,7 +39,7 @@ def symbols(program):
 
 def test_a_build_with_one_method_reports_omitted_methods(tmp_path):
     library = build_library(tmp_path, KREISEL_METHODS="strang")
-    statuses, table = offers(library, "strang", "taylor", "exact", "none")
+    statuses, table = query_methods(library, "strang", "taylor", "exact", "none")
     left_out = (STATUS["ERR_NOT_BUILT"],) * 7
     option = STATUS["ERR_OPTION"]
     assert statuses["strang"][:3] == (0, option, option)
@@ -61,7 +61,7 @@ def test_taylor_with_sixteen_digits_without_tangents_and_supports(tmp_path):
         KREISEL_SUPPORTS="OFF",
         CMAKE_BUILD_TYPE="MinSizeRel",
     )
-    statuses, table = offers(library, "exact", "taylor", "rk4")
+    statuses, table = query_methods(library, "exact", "taylor", "rk4")
     assert statuses["taylor"] == (0, *(STATUS["ERR_NOT_BUILT"],) * 6)
     assert statuses["exact"][:3] == (0, STATUS["ERR_OPTION"], STATUS["ERR_OPTION"])
     assert statuses["rk4"] == (STATUS["ERR_NOT_BUILT"],) * 7

@@ -27,7 +27,7 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, optimization, tm
     assert run(tmp_path / "golden") == golden
 
 
-def of_the_library(program, to):
+def run_with_library(program, to):
     """Return the output of `program`, linked with the installed library."""
     need("cmake", "gcc")
     run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", to)
@@ -35,11 +35,11 @@ def of_the_library(program, to):
 
 
 def test_the_installed_library_gives_the_golden_bits(golden, tmp_path):
-    assert of_the_library(PROGRAM, tmp_path / "golden") == golden
+    assert run_with_library(PROGRAM, tmp_path / "golden") == golden
 
 
 def test_the_library_agrees_with_the_snapshot(tmp_path):
-    found = of_the_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
+    found = run_with_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
     assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 
 
@@ -50,7 +50,7 @@ def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     multiply-add and for a set without it. Other processors are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
-    told = of_the_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
+    told = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
     lines = [line.split(maxsplit=1) for line in told.splitlines()]
     for name in {isa for isa, _ in lines}:
         own = [line for isa, line in lines if isa == name]

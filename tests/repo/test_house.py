@@ -61,37 +61,39 @@ def symbols(library, *options):
 
 
 @pytest.fixture(scope="module")
-def static():
+def static_library():
     need("cmake", "gcc", "nm")
     return install_library() / "lib/libkreisel.a"
 
 
-def test_shared_library_exports_the_public_header(static):
+def test_shared_library_exports_the_public_header(static_library):
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     methods = re.search(r"extern KR_API const kr_method ([^;]*);", header)[1]
     public = {*re.findall(r"\b(kr_\w+)\(", header), *re.findall(r"\w+", methods)}
     exported = {
         symbol
-        for symbol, _, _ in symbols(static.with_name("libkreisel.so"), "-D", "--defined-only")
+        for symbol, _, _ in symbols(
+            static_library.with_name("libkreisel.so"), "-D", "--defined-only"
+        )
     }
     assert exported == public and len(public) > 20
 
 
-def test_exported_symbols_have_the_prefix(static):
+def test_exported_symbols_have_the_prefix(static_library):
     assert {
-        s for s, _, _ in symbols(static, "-g", "--defined-only") if not s.startswith("kr_")
+        s for s, _, _ in symbols(static_library, "-g", "--defined-only") if not s.startswith("kr_")
     } == set()
 
 
-def test_no_global_state(static):
+def test_no_global_state(static_library):
     writable = re.compile(r"\.t?(data|bss)(?!\.rel\.ro)")  # tables of pointers are in .data.rel.ro
     assert {
-        s for s, _, section in symbols(static, "--defined-only") if writable.match(section)
+        s for s, _, section in symbols(static_library, "--defined-only") if writable.match(section)
     } == set()
 
 
-def test_the_library_neither_prints_nor_aborts_and_rarely_allocates(static):
-    used = {symbol for symbol, _, _ in symbols(static, "-u")}
+def test_the_library_neither_prints_nor_aborts_and_rarely_allocates(static_library):
+    used = {symbol for symbol, _, _ in symbols(static_library, "-u")}
     forbidden = {
         "abort",
         "exit",

@@ -164,27 +164,27 @@ def test_the_second_run_estimates_the_error():
 FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc, I3 = 2 I1")
 
 
-def with_fault(fault):
+def make_faulty_candidates(fault):
     """Return a function that lists all methods of kreisel, with a fault added to each method.
 
     The fault is a function that takes (who, problem, scene, times, setting).
     """
 
-    def everybody(scene, radians):
+    def list_faulty_candidates(scene, radians):
         return [
             replace(who, run=lambda *args, who=who: fault(who, *args))
             for who in atlas_cells.list_candidates(scene, radians)
             if who.name in kr.methods
         ]
 
-    return everybody
+    return list_faulty_candidates
 
 
-def heavier(who, problem, scene, times, setting):
+def increase_gravity(who, problem, scene, times, setting):
     return who.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
 
 
-def late(who, problem, scene, times, setting):
+def shorten_times(who, problem, scene, times, setting):
     return who.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
 
 
@@ -203,11 +203,11 @@ def twist(who, problem, scene, times, setting):
 
 
 @pytest.mark.parametrize("name", FAULTY)
-@pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
+@pytest.mark.parametrize("fault", [increase_gravity, shorten_times, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     """Check that results are never called right if the fault exceeds the method's own error."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
-    for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
+    for cell in atlas_cells.make_cells(CASES[name], make_faulty_candidates(fault)):
         method = cell["method"]
         if "attitude_error" not in cell or sound[method].get("attitude_error", 1.0) > 5e-3:
             continue
@@ -223,12 +223,14 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     The effect of the fault is at least a hundred times the error of each method checked.
     """
 
-    def slightly(who, problem, scene, times, setting):
+    def increase_gravity_slightly(who, problem, scene, times, setting):
         return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
 
     found = {
         cell["method"]: cell
-        for cell in atlas_cells.make_cells(CASES[FAULTY[0]], with_fault(slightly))
+        for cell in atlas_cells.make_cells(
+            CASES[FAULTY[0]], make_faulty_candidates(increase_gravity_slightly)
+        )
     }
     assert found[method]["verdict"] == "silent"
 
@@ -237,7 +239,7 @@ def test_a_missing_kick_is_found():
     """Check that the omission of gravity in one interval or one step is found."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
-    def losing(seconds):
+    def omit_gravity(seconds):
         def run(who, problem, scene, times, setting):
             middle, gap = times[len(times) // 2], seconds or setting["step"]
             on = kr.solve(scene, middle, who.name, **setting)
@@ -255,7 +257,7 @@ def test_a_missing_kick_is_found():
         return lambda scene, radians: [replace(method, run=lambda *args: run(method, *args))]
 
     (fixed,), (scaled,) = (
-        atlas_cells.make_cells(case, losing(seconds)) for seconds in (0.05, None)
+        atlas_cells.make_cells(case, omit_gravity(seconds)) for seconds in (0.05, None)
     )
     assert fixed["verdict"] == "silent"
     assert scaled["verdict"] != "right" and scaled["mark"] == verdicts.REDUCED, (
@@ -268,7 +270,7 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
     four = replace(ours(kr.methods["strang"]), order=4)
     loose = ours(kr.methods["taylor"])
 
-    def ignoring(factor, power):
+    def replace_tolerance(factor, power):
         def run(problem, scene, times, setting):
             return loose.run(
                 problem, scene, times, setting | {"tol": factor * setting["tol"] ** power}
@@ -277,7 +279,7 @@ def test_wrong_orders_and_ignored_tolerances_are_detected():
         return replace(loose, run=run)
 
     found = atlas_cells.make_cells(
-        case, lambda scene, radians: [four, ignoring(1e7, 1), ignoring(1e-4, 0)]
+        case, lambda scene, radians: [four, replace_tolerance(1e7, 1), replace_tolerance(1e-4, 0)]
     )
     assert [cell["mark"] for cell in found] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
 

@@ -143,14 +143,14 @@ def test_members_are_as_accurate_as_their_single_runs(kind):
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory):
+def quick_report(tmp_path_factory):
     out = tmp_path_factory.mktemp("many")
     assert report.main(["--quick", "--only", "ensembles", "--out", str(out)]) == 0
     return out
 
 
-def test_the_report_writes_the_programs_to_csv(quick):
-    with (quick / "ensembles.csv").open(newline="") as file:
+def test_the_report_writes_the_programs_to_csv(quick_report):
+    with (quick_report / "ensembles.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
@@ -160,8 +160,8 @@ def test_the_report_writes_the_programs_to_csv(quick):
     assert all(float(row["microseconds"]) > 0 for row in rows)
 
 
-def test_the_report_shows_the_programs_and_the_map(quick):
-    page = (quick / "index.html").read_text()
+def test_the_report_shows_the_programs_and_the_map(quick_report):
+    page = (quick_report / "index.html").read_text()
     section = page.split('id="ensembles"')[1]
     assert section.count("<svg") == len(KINDS) + 1
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)

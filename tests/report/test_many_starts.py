@@ -37,7 +37,7 @@ def test_a_start_keeps_the_character_of_the_motion():
     assert 0.8 < many_starts.draw_starts(fast, 1)[0].rate / fast.rate < 1.2
 
 
-def make_found(times, scene="thesis"):
+def make_findings(times, scene="thesis"):
     """Return findings of one scene from {program: times of its starts}.
 
     A time is infinite if the program fails.
@@ -63,7 +63,7 @@ def test_the_conclusion_states_the_ratios_of_the_figure():
     times = dict.fromkeys(programs, half)
     symmetric = times | {programs[0]: [1e-3, 2e-3, 3e-3, 9e-3], programs[1]: [15e-3] * 4}
     others = times | {programs[0]: [2e-3] * 4, programs[1]: [1e-3, 5e-3, 5e-3, 8e-3]}
-    found = [make_found(symmetric), make_found(others, "asymmetric")]
+    found = [make_findings(symmetric), make_findings(others, "asymmetric")]
     said = many_starts.conclude(found)
     assert said.startswith("8 random starts of two scenes, 10 turns each. Symmetric tops")
     assert f"kreisel takes 3.00 ms for 1e-9 rad, {titles[1]} 5 times as long. Other" in said
@@ -77,7 +77,7 @@ def test_the_conclusion_states_the_ratios_of_the_figure():
 
 def test_the_conclusion_states_the_share_reached_with_more_digits():
     times = dict.fromkeys(many_starts.list_programs(), [np.inf] * 4)
-    found = [make_found(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
+    found = [make_findings(times) | {"precise": [1e-13, 1e-13, 1e-13, 1e-3]}]
     said = many_starts.conclude(found)
     assert "kreisel takes" not in said and "1e-12 rad is reached by kreisel on 0 %" in said
     assert said.endswith("With digits=20, kreisel reaches it on 75 %.")

@@ -39,7 +39,7 @@ NAMED = {  # files that contain the name of a method, each with the reason
 NEW = "of_a_later_day"
 
 
-class Newcomer(kr.Method):
+class NewMethod(kr.Method):
     """The method suzuki4 under a new name."""
 
     def suits(self, scene):
@@ -47,18 +47,18 @@ class Newcomer(kr.Method):
 
 
 @pytest.fixture
-def newcomer(monkeypatch):
+def new_method(monkeypatch):
     known, solve = kr.methods["suzuki4"], kr.solve
 
-    def solving(scene, t, method="auto", **words):
+    def solve_with_new_method(scene, t, method="auto", **words):
         return solve(scene, t, "suzuki4" if method == NEW else method, **words)
 
-    monkeypatch.setattr(kr, "solve", solving)
+    monkeypatch.setattr(kr, "solve", solve_with_new_method)
     words = {field.name: getattr(known, field.name) for field in fields(known)}
-    monkeypatch.setitem(kr.methods, NEW, Newcomer(**words | {"name": NEW}))
+    monkeypatch.setitem(kr.methods, NEW, NewMethod(**words | {"name": NEW}))
 
 
-def test_a_new_method_appears_everywhere(newcomer):
+def test_a_new_method_appears_everywhere(new_method):
     case = next(case for case in atlas_cases.gravity_cases())
     assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
     assert NEW in {line["method"] for line in stiff_needle.measure_needle()}

@@ -19,13 +19,15 @@ SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
 REST = {"momentum": (0.0, 0.0, 0.0)}
 
 
-def nearly():
+def make_nearly_symmetric_body():
     return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), unphysical=True)
 
 
 FAMILIES = {
     "at rest": Case("planted", "at rest", scene_factory(lagrange, 2.5, **REST), turns=4),
-    "nearly of a kind": Case("planted", "nearly", scene_factory(nearly, **SPUN), turns=6),
+    "nearly of a kind": Case(
+        "planted", "nearly", scene_factory(make_nearly_symmetric_body, **SPUN), turns=6
+    ),
     "8 steps a turn": Case("planted", "8", scene_factory(general, **SPUN), 4, 8),
     "2 steps a turn": Case("planted", "2", scene_factory(general, **SPUN), 4, 2),
 }
@@ -53,7 +55,7 @@ def reverse_heading(q, true):
     return np.array(q) * np.where(np.arange(len(q))[:, None], (1.0, 1.0, -1.0, -1.0), 1.0)
 
 
-def tenfold(q, true):
+def multiply_error(q, true):
     """Multiply a small error by ten."""
     sign = np.sign(np.sum(q * true, axis=1))[:, None]
     far = sign * true + 10.0 * (q - sign * true)
@@ -66,12 +68,12 @@ FAULTS = {
     "1e-3": offset(1e-3),
     "1": offset(1.0),
     "reversed": reverse_heading,
-    "tenfold": tenfold,
+    "tenfold": multiply_error,
 }
 SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
-def with_faults(led_on):
+def make_faulty_candidates(led_on):
     """Return a function that lists every method of kreisel with each fault."""
 
     def run_of(who):
@@ -86,7 +88,7 @@ def with_faults(led_on):
 
         return run
 
-    def planting(who, fault):
+    def add_fault(who, fault):
         def run(problem, scene, times, setting):
             q, *rest = run_of(who)(problem, scene, times, setting)
             true = problem.to_principal_axes(kr.solve(scene, times, "taylor", digits=20).q)
@@ -94,15 +96,15 @@ def with_faults(led_on):
 
         return run
 
-    def everybody(scene, radians):
+    def list_faulty_candidates(scene, radians):
         return [
-            replace(who, name=f"{name}/{who.name}", run=planting(who, fault))
+            replace(who, name=f"{name}/{who.name}", run=add_fault(who, fault))
             for who in atlas_cells.list_candidates(scene, radians)
             if who.name in kr.methods
             for name, fault in FAULTS.items()
         ]
 
-    return everybody
+    return list_faulty_candidates
 
 
 @cache
@@ -113,7 +115,7 @@ def find_cells(family):
         Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
     )
     by_fault = {name: {} for name in FAULTS}
-    for cell in atlas_cells.make_cells(case, with_faults(led_on)):
+    for cell in atlas_cells.make_cells(case, make_faulty_candidates(led_on)):
         fault, method = cell["method"].split("/")
         if "attitude_error" in cell:
             by_fault[fault][method] = cell
@@ -121,13 +123,13 @@ def find_cells(family):
     return by_fault
 
 
-def silent(cell):
+def is_silent(cell):
     return cell["verdict"] == verdicts.SILENT
 
 
 @pytest.mark.parametrize("family", ALL)
 def test_runs_without_faults_are_not_silent(family):
-    assert not [name for name, cell in find_cells(family)["sound"].items() if silent(cell)]
+    assert not [name for name, cell in find_cells(family)["sound"].items() if is_silent(cell)]
 
 
 @pytest.mark.parametrize("fault", SIZES)
@@ -147,7 +149,7 @@ def test_faults_in_both_runs_are_silent(family, fault):
             continue
         within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
         is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
-        assert silent(cell) or (within and is_excused), name
+        assert is_silent(cell) or (within and is_excused), name
 
 
 @pytest.mark.parametrize("family", ALL)
@@ -155,7 +157,7 @@ def test_faults_proportional_to_the_error_are_never_silent(family):
     sound, faulty = find_cells(family)["sound"], find_cells(family)["tenfold"]
     for name, cell in sound.items():
         if cell["shown"] < 0.01 and cell["verdict"] not in verdicts.MET:
-            assert not silent(faulty[name]), name
+            assert not is_silent(faulty[name]), name
 
 
 def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
@@ -163,16 +165,16 @@ def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
-            assert silent(cell) == (cell["shown_by"] is None)
+            assert is_silent(cell) == (cell["shown_by"] is None)
             if cell["step"]:
                 assert cell["shown_by"] in ("second run", "large step")
 
 
-def earlier(scene, times, share):
+def compute_earlier_attitudes(scene, times, share):
     return kr.exact(scene)(times * share).q
 
 
-def jumping(name, fault):
+def make_faulty_closed_form(name, fault):
     """Return a closed form with an added fault.
 
     The fault is a function that takes (scene, times, attitudes).
@@ -186,14 +188,16 @@ def jumping(name, fault):
 
 
 @cache
-def late():
+def find_late_cells():
     """Return the cells of closed forms at a late time, as {fault: cell}.
 
     One additional fault is a relative error of the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
-    faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
-    found = atlas_cells.make_cells(LATE, lambda *_: [jumping(*one) for one in faults.items()])
+    faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)
+    found = atlas_cells.make_cells(
+        LATE, lambda *_: [make_faulty_closed_form(*one) for one in faults.items()]
+    )
     assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
     return {cell["method"]: cell for cell in found}
 
@@ -202,7 +206,7 @@ def late():
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
     """Check that late faults are "wrong in silence" unless initial rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
-    assert silent(late()[fault]) != told_by_data
+    assert is_silent(find_late_cells()[fault]) != told_by_data
 
 
 def test_all_methods_refuse_unresolvable_times():
@@ -214,7 +218,12 @@ def test_all_methods_refuse_unresolvable_times():
         "goes on",
         "",
         0,
-        lambda problem, scene, t, _: (earlier(scene, t, 0.25), np.ones((len(t), 3)), 0, 0),
+        lambda problem, scene, t, _: (
+            compute_earlier_attitudes(scene, t, 0.25),
+            np.ones((len(t), 3)),
+            0,
+            0,
+        ),
     )
     found = atlas_cells.make_cells(
         BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]

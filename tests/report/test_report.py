@@ -17,7 +17,7 @@ from validation.report import main as report
 
 
 @pytest.fixture(scope="module")
-def quick(tmp_path_factory):
+def quick_report(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
     assert report.main(["--quick", "--only", "workprecision,truth", "--out", str(out)]) == 0
     return out
@@ -28,18 +28,18 @@ def rows_of(out):
     return list(csv.DictReader(line for line in lines if not line.startswith("#")))
 
 
-def test_the_report_writes_its_table(quick):
+def test_the_report_writes_its_table(quick_report):
     header = [
         line
-        for line in (quick / "workprecision.csv").read_text().splitlines()
+        for line in (quick_report / "workprecision.csv").read_text().splitlines()
         if line.startswith("# ")
     ]
     for key in ("machine", "compiler", "commit", "GSL"):
         assert any(re.match(rf"# {key}: \S", line) for line in header), key
-    assert tuple(rows_of(quick)[0]) == workprecision.COLUMNS
+    assert tuple(rows_of(quick_report)[0]) == workprecision.COLUMNS
     for name in HORIZONS:
         ran = {
-            run["method"]: run for run in rows_of(quick) if run["scene"] == name
+            run["method"]: run for run in rows_of(quick_report) if run["scene"] == name
         }  # the last run of each method has the tightest setting
         scene = load_problem(name).to_scene()
         suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
@@ -52,8 +52,8 @@ def test_the_report_writes_its_table(quick):
                 )
 
 
-def test_the_report_writes_its_page(quick):
-    page = (quick / "index.html").read_text()
+def test_the_report_writes_its_page(quick_report):
+    page = (quick_report / "index.html").read_text()
     assert page.count("<svg") >= 7 * len(HORIZONS), (
         "the path of the apex, at least three families and three overviews a scene"
     )
@@ -70,11 +70,11 @@ def test_the_report_writes_its_page(quick):
     for file in set(re.findall(r'href="([^#"]+)"', page)) - {
         "thesis.html"
     }:  # a separate command makes this picture
-        assert (quick / file).exists(), file
+        assert (quick_report / file).exists(), file
 
 
-def test_figures_with_other_integrators_name_their_versions(quick):
-    page, cited = (quick / "index.html").read_text(), machine.describe_machine()["peers"]
+def test_figures_with_other_integrators_name_their_versions(quick_report):
+    page, cited = (quick_report / "index.html").read_text(), machine.describe_machine()["peers"]
     assert re.match(r"heyoka [\d.]+, SciPy [\d.]+.*; \d{4}-\d\d-\d\d$", cited)
     figures = re.findall("<figure.*?</figure>", page, re.DOTALL)
     named = [figure for figure in figures if re.search("heyoka|scipy_|gsl_", figure)]
@@ -82,8 +82,8 @@ def test_figures_with_other_integrators_name_their_versions(quick):
     assert all(cited in figure.partition("<figcaption>")[2] for figure in named)
 
 
-def test_axe_finds_nothing_on_the_report(quick, browser):
-    address = (quick / "index.html").as_uri()
+def test_axe_finds_nothing_on_the_report(quick_report, browser):
+    address = (quick_report / "index.html").as_uri()
     assert list_violations(browser, address) == []
     assert list_violations(browser, address, open_folds=True, sizes=SIZES[2:]) == []
 
@@ -92,9 +92,9 @@ def count_folds(page):
     return page.evaluate("document.querySelectorAll('main details:not([open])').length")
 
 
-def test_links_and_printing_open_folded_sections(quick, browser):
+def test_links_and_printing_open_folded_sections(quick_report, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto((quick / "index.html").as_uri())
+    page.goto((quick_report / "index.html").as_uri())
     folded = count_folds(page)
     assert folded > len(HORIZONS) and not page.locator("#asymmetric").is_visible()
     page.evaluate("location.hash = '#asymmetric'")
@@ -107,10 +107,10 @@ def test_links_and_printing_open_folded_sections(quick, browser):
     page.close()
 
 
-def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick, browser):
+def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick_report, browser):
     for size in SIZES:
         page = browser.new_page(viewport=dict(zip(("width", "height"), size, strict=True)))
-        page.goto((quick / "index.html").as_uri())
+        page.goto((quick_report / "index.html").as_uri())
         assert page.locator("nav").is_visible() == (size[0] >= 1100)
         assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
         for item in page.locator(".advice li").all():
@@ -119,9 +119,9 @@ def test_the_first_screen_has_the_advice_and_phones_fold_the_contents(quick, bro
         page.close()
 
 
-def test_the_unfolded_page_is_short(quick, browser):
+def test_the_unfolded_page_is_short(quick_report, browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.goto((quick / "index.html").as_uri())
+    page.goto((quick_report / "index.html").as_uri())
     words = page.locator("main").inner_text().split()  # without closed folds
     height = page.evaluate("document.documentElement.scrollHeight")
     page.evaluate("document.querySelectorAll('details').forEach((fold) => (fold.open = true))")
@@ -130,8 +130,8 @@ def test_the_unfolded_page_is_short(quick, browser):
     page.close()
 
 
-def test_the_report_writes_the_table_of_the_readme(quick):
-    lines = (quick / "readme_table.md").read_text().splitlines()
+def test_the_report_writes_the_table_of_the_readme(quick_report):
+    lines = (quick_report / "readme_table.md").read_text().splitlines()
     assert len(lines) == 2 + len(HORIZONS) * len(fastest.TARGETS)
     assert len({line.count("|") for line in lines}) == 1
 

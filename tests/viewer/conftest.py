@@ -26,7 +26,7 @@ def browser():
 
 
 @pytest.fixture(scope="session")
-def shared(browser):
+def shared_page(browser):
     """Open a page that several tests share."""
     page = visit(browser, reduced_motion="reduce")
     yield page
@@ -34,9 +34,9 @@ def shared(browser):
 
 
 @pytest.fixture
-def page(shared):
+def page(shared_page):
     """Return the shared page with Lagrange's top paused at its initial state, all sections open."""
-    shared.evaluate("""{
+    shared_page.evaluate("""{
         const {page, view} = kreisel;
         page.setRunning(false);
         Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
@@ -45,7 +45,7 @@ def page(shared):
         for (const id of ['keys', 'share']) document.getElementById(id).close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
     }""")
-    load(shared)
-    yield shared
-    troubles, shared.troubles[:] = [*shared.troubles], []
+    load(shared_page)
+    yield shared_page
+    troubles, shared_page.troubles[:] = [*shared_page.troubles], []
     assert troubles == []

@@ -17,7 +17,7 @@ PRESET = """  {
 
 
 @pytest.fixture(scope="module")
-def other(browser, tmp_path_factory):
+def extended_page(browser, tmp_path_factory):
     """Build the viewer of a copy of the tree with an additional preset and quantity."""
     need("npm")
     house = House(tmp_path_factory.mktemp("house"))
@@ -33,14 +33,14 @@ def other(browser, tmp_path_factory):
     page.context.close()
 
 
-def test_a_preset_touches_one_file_and_can_be_chosen(other):
-    assert other.house.touched["preset"] == ["python/viewer/presets.json"]
-    other.get_by_role("radio", name="Lagrange's top, twice as heavy").check()
-    assert other.evaluate("kreisel.page.scene.gravity") == 2
-    assert other.troubles == []
+def test_a_preset_touches_one_file_and_can_be_chosen(extended_page):
+    assert extended_page.house.touched["preset"] == ["python/viewer/presets.json"]
+    extended_page.get_by_role("radio", name="Lagrange's top, twice as heavy").check()
+    assert extended_page.evaluate("kreisel.page.scene.gravity") == 2
+    assert extended_page.troubles == []
 
 
-def test_a_quantity_can_be_charted(other):
-    labels = other.locator("select option").all_text_contents()
+def test_a_quantity_can_be_charted(extended_page):
+    labels = extended_page.locator("select option").all_text_contents()
     assert any("height" in label.lower() for label in labels)
-    assert "height" in other.evaluate("kreisel.charts.formatCsv().split('\\n', 1)[0]")
+    assert "height" in extended_page.evaluate("kreisel.charts.formatCsv().split('\\n', 1)[0]")

@@ -96,7 +96,7 @@ NAMES = [
 
 
 @pytest.fixture
-def tried(page):
+def page_with_changes(page):
     page.evaluate("".join((PULL, SEEN, ANEW, CHANGES)))
     yield page
     page.evaluate("changes.light(), document.documentElement.style.colorScheme = ''")
@@ -104,16 +104,16 @@ def tried(page):
 
 
 @pytest.mark.parametrize("first", NAMES)
-def test_reused_meshes_show_the_same_as_new_ones(tried, first):
-    assert tried.evaluate("Object.keys(changes)") == NAMES
-    assert tried.evaluate(PAIRS, first) == []
+def test_reused_meshes_show_the_same_as_new_ones(page_with_changes, first):
+    assert page_with_changes.evaluate("Object.keys(changes)") == NAMES
+    assert page_with_changes.evaluate(PAIRS, first) == []
 
 
 @pytest.mark.parametrize("change", ["tip", "face", "corner", "pivot", "heavy", "dark", "four"])
-def test_a_change_is_shown(tried, change):
-    before = tried.evaluate("seen()")
-    tried.evaluate(f"changes.{change}()")
-    assert tried.evaluate("seen()") != before
+def test_a_change_is_shown(page_with_changes, change):
+    before = page_with_changes.evaluate("seen()")
+    page_with_changes.evaluate(f"changes.{change}()")
+    assert page_with_changes.evaluate("seen()") != before
 
 
 PARTS = """(() => {
@@ -133,18 +133,18 @@ PARTS = """(() => {
         ("Sleeping top", ["tip", "face"]),
     ],
 )
-def test_a_drag_creates_no_new_meshes(tried, preset, held):
+def test_a_drag_creates_no_new_meshes(page_with_changes, preset, held):
     for part in held:
-        load(tried, preset)
-        tried.evaluate("delete window.known")
-        assert tried.evaluate(PARTS)
-        before = read_scene(tried)
-        tried.evaluate("part => pull(part, 4, {lets: false})", part)
-        assert read_scene(tried) != before and tried.evaluate(PARTS)
-        tried.keyboard.press("Escape")
+        load(page_with_changes, preset)
+        page_with_changes.evaluate("delete window.known")
+        assert page_with_changes.evaluate(PARTS)
+        before = read_scene(page_with_changes)
+        page_with_changes.evaluate("part => pull(part, 4, {lets: false})", part)
+        assert read_scene(page_with_changes) != before and page_with_changes.evaluate(PARTS)
+        page_with_changes.keyboard.press("Escape")
 
 
-def test_a_thousand_drags_leak_no_resources(tried):
+def test_a_thousand_drags_leak_no_resources(page_with_changes):
     told = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
         kreisel.view.isDirty = true;
@@ -152,41 +152,43 @@ def test_a_thousand_drags_leak_no_resources(tried):
         const nodes = document.querySelectorAll('*').length;
         return [memory.geometries, memory.textures, programs.length, nodes];
     })()"""
-    load(tried, "Compare four")
+    load(page_with_changes, "Compare four")
     some = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
-    tried.evaluate(some)
-    before = tried.evaluate(told)
-    tried.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
-    assert tried.evaluate(told) == before
+    page_with_changes.evaluate(some)
+    before = page_with_changes.evaluate(told)
+    page_with_changes.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
+    assert page_with_changes.evaluate(told) == before
     for name in ("A spinning top", "Sleeping top", "Kowalewski", "Compare four"):
-        load(tried, name)
-        tried.evaluate("kreisel.view.render()")
-    tried.evaluate("kreisel.page.undoStack = []; kreisel.page.rewind()")
-    assert tried.evaluate(told)[:2] == before[:2]
+        load(page_with_changes, name)
+        page_with_changes.evaluate("kreisel.view.render()")
+    page_with_changes.evaluate("kreisel.page.undoStack = []; kreisel.page.rewind()")
+    assert page_with_changes.evaluate(told)[:2] == before[:2]
 
 
-def test_charts_are_reused_with_the_current_record(tried):
+def test_charts_are_reused_with_the_current_record(page_with_changes):
     plots = "kreisel.charts.plots.every((plot, k) => plot === known[k])"
-    advance(tried, 2)
-    wait_for(tried, f"kreisel.charts.clock === {2 * TICKS}")
-    tried.evaluate("window.known = [...kreisel.charts.plots]")
-    drag(tried, "tip", (40, -30))
-    assert tried.evaluate(plots)
-    assert tried.evaluate("kreisel.charts.plots.map((plot) => plot.data[0].at(-1))") == [0, 0, 0]
+    advance(page_with_changes, 2)
+    wait_for(page_with_changes, f"kreisel.charts.clock === {2 * TICKS}")
+    page_with_changes.evaluate("window.known = [...kreisel.charts.plots]")
+    drag(page_with_changes, "tip", (40, -30))
+    assert page_with_changes.evaluate(plots)
+    assert page_with_changes.evaluate(
+        "kreisel.charts.plots.map((plot) => plot.data[0].at(-1))"
+    ) == [0, 0, 0]
     earlier = "kreisel.charts.plots.map((plot) => plot.earlier.times.at(-1))"
-    assert tried.evaluate(earlier) == [2, 2, 2]
-    tried.evaluate("changes.ghost()")
-    assert not tried.evaluate(plots)
+    assert page_with_changes.evaluate(earlier) == [2, 2, 2]
+    page_with_changes.evaluate("changes.ghost()")
+    assert not page_with_changes.evaluate(plots)
 
 
 @pytest.mark.parametrize("top", [0, 1])
-def test_the_dragged_top_determines_the_new_start(tried, top):
-    load(tried, "Energy and motion")
-    advance(tried, 20)
-    before = read_states(tried)
+def test_the_dragged_top_determines_the_new_start(page_with_changes, top):
+    load(page_with_changes, "Energy and motion")
+    advance(page_with_changes, 20)
+    before = read_states(page_with_changes)
     assert np.abs(np.subtract(before[0], before[1])).max() > 1e-3
-    tried.evaluate("i => pull('tip', 1, {i})", top)
-    assert read_scene(tried)["attitude"] == before[top][1:5]
+    page_with_changes.evaluate("i => pull('tip', 1, {i})", top)
+    assert read_scene(page_with_changes)["attitude"] == before[top][1:5]
 
 
 def test_undo_during_a_drag_does_not_change_a_field(page):

@@ -89,7 +89,7 @@ def test_arrow_keys_choose_a_visible_scene(page):
 
 
 @pytest.fixture
-def sharing(page):
+def page_with_share_dialog(page):
     load(page, "A spinning top")
     page.keyboard.press("k")
     yield page
@@ -98,34 +98,39 @@ def sharing(page):
     page.evaluate("history.replaceState(null, '', '#')")
 
 
-def test_the_square_picture_shows_the_whole_top(sharing):
-    before = sharing.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
-    with sharing.expect_download() as download:
-        sharing.get_by_role("button", name="Square picture").click()
+def test_the_square_picture_shows_the_whole_top(page_with_share_dialog):
+    before = page_with_share_dialog.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
+    with page_with_share_dialog.expect_download() as download:
+        page_with_share_dialog.get_by_role("button", name="Square picture").click()
     data = download.value.path().read_bytes()
     assert data.startswith(b"\x89PNG") and len(data) > 50_000
     assert [int.from_bytes(data[k : k + 4], "big") for k in (16, 20)] == [1080, 1080]
-    after = sharing.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
+    after = page_with_share_dialog.evaluate("[...kreisel.view.pixels, kreisel.view.canvas.width]")
     assert after == before
 
 
-def test_a_video_starts_and_ends(sharing):
-    sharing.evaluate("Object.assign(kreisel.share, {seconds: 1, size: 120}).draw()")
-    with sharing.expect_download() as download:
+def test_a_video_starts_and_ends(page_with_share_dialog):
+    page_with_share_dialog.evaluate("Object.assign(kreisel.share, {seconds: 1, size: 120}).draw()")
+    with page_with_share_dialog.expect_download() as download:
         state = "[kreisel.page.isRunning, document.querySelector('#share :disabled').textContent]"
-        assert sharing.evaluate(f"(kreisel.share.saveFilm(), {state})") == [True, "Filming …"]
+        assert page_with_share_dialog.evaluate(f"(kreisel.share.saveFilm(), {state})") == [
+            True,
+            "Filming …",
+        ]
     assert download.value.path().stat().st_size > 1000
-    assert sharing.get_by_role("button", name="Film of").is_enabled()
-    assert not sharing.evaluate("kreisel.view.recording")
-    sharing.evaluate("kreisel.page.setRunning(false)")
-    sharing.evaluate("Object.assign(kreisel.share, {seconds: 6, size: 1080})")
+    assert page_with_share_dialog.get_by_role("button", name="Film of").is_enabled()
+    assert not page_with_share_dialog.evaluate("kreisel.view.recording")
+    page_with_share_dialog.evaluate("kreisel.page.setRunning(false)")
+    page_with_share_dialog.evaluate("Object.assign(kreisel.share, {seconds: 6, size: 1080})")
 
 
-def test_videos_are_refused_with_a_message_if_unsupported(sharing):
-    sharing.evaluate("window.kept = kreisel.share.filmType, kreisel.share.filmType = undefined")
-    sharing.get_by_role("button", name="Film of").click()
-    assert read_message(sharing) == "This browser cannot record films"
-    sharing.evaluate("kreisel.share.filmType = kept")
+def test_videos_are_refused_with_a_message_if_unsupported(page_with_share_dialog):
+    page_with_share_dialog.evaluate(
+        "window.kept = kreisel.share.filmType, kreisel.share.filmType = undefined"
+    )
+    page_with_share_dialog.get_by_role("button", name="Film of").click()
+    assert read_message(page_with_share_dialog) == "This browser cannot record films"
+    page_with_share_dialog.evaluate("kreisel.share.filmType = kept")
 
 
 # Before and after a change

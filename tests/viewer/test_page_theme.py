@@ -27,7 +27,7 @@ FRAMES = """new Promise((done) => {
 
 
 @pytest.fixture
-def chosen(page):
+def themed_page(page):
     """Return the viewer, and restore the system's colour scheme after the test."""
     yield page
     page.emulate_media(color_scheme="light")
@@ -43,19 +43,19 @@ def wait_until_drawn(page):
 # Light and dark
 
 
-def test_the_colour_scheme_follows_the_system_until_chosen(chosen):
-    light = chosen.evaluate(GROUND)
-    chosen.emulate_media(color_scheme="dark")
-    wait_for(chosen, f"{GROUND} !== '{light}'")
-    dark, before = chosen.evaluate(GROUND), read_scene(chosen)
-    field = chosen.get_by_label("Light or dark")
+def test_the_colour_scheme_follows_the_system_until_chosen(themed_page):
+    light = themed_page.evaluate(GROUND)
+    themed_page.emulate_media(color_scheme="dark")
+    wait_for(themed_page, f"{GROUND} !== '{light}'")
+    dark, before = themed_page.evaluate(GROUND), read_scene(themed_page)
+    field = themed_page.get_by_label("Light or dark")
     field.select_option("light")
-    assert chosen.evaluate(GROUND) == light and read_scene(chosen) == before
+    assert themed_page.evaluate(GROUND) == light and read_scene(themed_page) == before
     field.select_option("dark")
-    chosen.emulate_media(color_scheme="light")
-    assert chosen.evaluate(GROUND) == dark
+    themed_page.emulate_media(color_scheme="light")
+    assert themed_page.evaluate(GROUND) == dark
     field.select_option("")
-    assert chosen.evaluate(GROUND) == light
+    assert themed_page.evaluate(GROUND) == light
 
 
 def test_the_chosen_colour_scheme_is_remembered(browser):
@@ -88,13 +88,13 @@ def test_the_colour_scheme_can_be_chosen_without_storage(browser):
 
 
 @pytest.mark.parametrize("light, ground", [("light", "ffffff"), ("dark", "000000")])
-def test_projector_mode_has_the_highest_contrast(chosen, light, ground):
-    chosen.get_by_label("Light or dark").select_option(light)
-    before = chosen.evaluate(GROUND)
-    chosen.get_by_role("button", name="Projector").click()
-    assert chosen.evaluate(GROUND) == ground != before
-    chosen.get_by_role("button", name="Projector").click()
-    assert chosen.evaluate(GROUND) == before
+def test_projector_mode_has_the_highest_contrast(themed_page, light, ground):
+    themed_page.get_by_label("Light or dark").select_option(light)
+    before = themed_page.evaluate(GROUND)
+    themed_page.get_by_role("button", name="Projector").click()
+    assert themed_page.evaluate(GROUND) == ground != before
+    themed_page.get_by_role("button", name="Projector").click()
+    assert themed_page.evaluate(GROUND) == before
 
 
 def test_projector_mode_has_larger_numbers_and_charts(page):
@@ -129,15 +129,15 @@ def test_charts_in_projector_mode_have_large_text(page):
     page.set_viewport_size(make_viewport(WIDE))
 
 
-def test_printed_pages_are_light(chosen):
-    light = chosen.evaluate(GROUND)
-    chosen.get_by_label("Light or dark").select_option("dark")
-    dark = chosen.evaluate(GROUND)
-    chosen.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert chosen.evaluate(GROUND) == light
-    chosen.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert chosen.evaluate(GROUND) == dark
-    assert chosen.get_by_label("Light or dark").input_value() == "dark"
+def test_printed_pages_are_light(themed_page):
+    light = themed_page.evaluate(GROUND)
+    themed_page.get_by_label("Light or dark").select_option("dark")
+    dark = themed_page.evaluate(GROUND)
+    themed_page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert themed_page.evaluate(GROUND) == light
+    themed_page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert themed_page.evaluate(GROUND) == dark
+    assert themed_page.get_by_label("Light or dark").input_value() == "dark"
 
 
 # Idle pages

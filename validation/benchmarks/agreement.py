@@ -1,14 +1,14 @@
-"""Agreement of every public function with runs of 20 digits, on random tops of twelve families.
+"""Comparison of every public function with 20-digit solutions, for tops of twelve random families.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
-It is also computed with events, as a section, with tangents, and by kr.lyapunov. All runs have the
-default precision. The reference is the Taylor series with 20 digits. An attitude may deviate from
-the reference by `FLOOR` plus `SLACK` times the conditioning. The conditioning is the angle by which
-the attitude changes if each initial value and parameter changes by one rounding error. The program
-prints a line for each family and each disagreement. The program exits with status 1 if any results
-disagree.
+The motion of each top is computed by kr.solve, in an ensemble, by kr.stream, and by a run that is
+saved and resumed. Events, sections, tangents and Lyapunov exponents are computed as well. All of
+them use the default precision. The reference solution is the Taylor series with 20 digits. An
+attitude may deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The
+conditioning is the angle by which the attitude changes if each initial value and parameter changes
+by one rounding error. The program prints a line for each family and each disagreement. The program
+exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Return the top with its body axes relabelled by a random permutation."""
+    """Return the vectors after one random permutation of the axes."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
@@ -88,7 +88,7 @@ def steady_precession(rng):
     return kr.Scene.spinning(body, spin, tilt, steady=True, fast=bool(rng.random() < 0.3))
 
 
-def lagrange_turned(rng):
+def lagrange_in_rotated_axes(rng):
     body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     return make_scene(rng, body.turn(random_attitude(rng)))
 
@@ -111,12 +111,12 @@ def goryachev_chaplygin(rng):
     return make_scene(rng, make_body(moments, com), momentum=momentum)
 
 
-def general_turned(rng):
+def general_in_rotated_axes(rng):
     body = make_body(random_moments(rng), rng.normal(size=3)).turn(random_attitude(rng))
     return make_scene(rng, body, gravity=rng.choice([1.0, -1.0, 9.81]))
 
 
-def small_lean(rng):
+def nearly_upright(rng):
     """Draw a top with its centre of mass on a random axis, nearly above the fixed point."""
     k = rng.integers(3)
     moments, com = random_moments(rng), 0.5 * np.eye(3)[k]
@@ -135,14 +135,14 @@ FAMILIES = [
     sleeping,
     free_about_an_axis,
     steady_precession,
-    lagrange_turned,
+    lagrange_in_rotated_axes,
     euler_near_middle_axis,
     kowalewski,
     goryachev_chaplygin,
-    general_turned,
-    small_lean,
+    general_in_rotated_axes,
+    nearly_upright,
 ]
-REGULAR = {"sleeping", "steady_precession", "lagrange_turned", "kowalewski"}
+REGULAR = {"sleeping", "steady_precession", "lagrange_in_rotated_axes", "kowalewski"}
 
 
 class Reference:
@@ -325,7 +325,7 @@ def check_family(family, n, seed, k, folder):
                 bad += 1
                 print(f"  {family.__name__} {i}, t to {times[i][-1]:.3g}: {verb} {ratio:.3g}")
     ratios = ", ".join(f"{verb} {ratio:.2g}" for verb, ratio in worst.items())
-    print(f"{family.__name__:24} {n} tops, {unresolved} unresolved; worst ratios: {ratios}")
+    print(f"{family.__name__:25} {n} tops, {unresolved} unresolved; worst ratios: {ratios}")
     return bad
 
 

@@ -1,12 +1,12 @@
-"""The time that kr.solve adds to the work of the core, and the time to make a scene.
+"""The overhead of kr.solve over the core, and the time to create a scene.
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
 The overhead is the time of a call minus the time of the core's own work: making a top, recording
 its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
-timed in a separate process. With --beside, the processes alternate between this kreisel and the one
-installed for OTHER_PYTHON. In each round, the time of the fastest of 25 repeats is used. The result
-is the median over the rounds, in microseconds.
+timed in a separate process. With --beside, a second version of kreisel, installed for OTHER_PYTHON,
+is timed in alternation. In each round, only the fastest of 25 repeats counts. The result is the
+median over the rounds, in microseconds.
 """
 
 import argparse
@@ -63,7 +63,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Return the time of the core's own work for each call in `SOLVES` [us]."""
+    """Return the time [us] that the core itself needs for each call in `SOLVES`."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
@@ -88,7 +88,7 @@ def gsl_flags():
 
 
 def time_call(interpreter, call, folder):
-    """Return the time of a call [us], measured in a process outside of this source tree."""
+    """Return the time of a call [us], measured in a process that runs outside the source tree."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:
@@ -117,7 +117,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a table row: times of the core and of the call, the overhead, and a verdict."""
+    """Return a table row: the times of the core and of the call, the overhead, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

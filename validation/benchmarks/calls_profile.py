@@ -1,10 +1,10 @@
-"""The number of Python calls inside the package for one call of a public function.
+"""The number of Python calls inside the package during one call of a public function.
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-The function is called once before the count. Returns to a file are counted too: calls into a file
-that was used before, after calls into other files. Calls of numpy, the standard library and the
-core, and calls on other threads, are not counted.
+A few calls precede the counted call as a warm-up. The table also counts the source files that are
+entered, and how often execution re-enters a file after leaving it. Calls into NumPy, the standard
+library and the core are not counted, nor are calls on other threads.
 """
 
 import argparse
@@ -49,7 +49,7 @@ def solve_ensemble() -> Callable[[], object]:
 
 
 def sweep_part() -> object:
-    """Compute a sweep of one part, and read one of its columns."""
+    """Run a sweep that consists of one part, and read one column of its result."""
     spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
     source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
     with tempfile.TemporaryDirectory() as folder:
@@ -67,8 +67,8 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 
 @contextmanager
-def recorded_calls() -> Iterator[list[str]]:
-    """Yield a list to which the file of each call into the package is appended."""
+def record_calls() -> Iterator[list[str]]:
+    """Yield a list that receives the source file of each function called in the package."""
     files: list[str] = []
 
     def note(frame: FrameType, event: str, _: Any) -> None:
@@ -83,10 +83,10 @@ def recorded_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Return the numbers of calls, of files, and of returns to earlier files, after a warm-up."""
+    """Return the numbers of calls, files and re-entries into files, after a warm-up."""
     for _ in range(WARM_RUNS):
         run()
-    with recorded_calls() as files:
+    with record_calls() as files:
         run()
     visits = [file for file, _ in groupby(files)]
     return len(files), len(set(files)), len(visits) - len(set(files))

@@ -1,7 +1,7 @@
-"""Compilation of the core as in CMakeLists.txt, plus functions that users cannot call.
+"""Compilation of the core, as in CMakeLists.txt, together with code for benchmarks and studies.
 
-Benchmarks and studies add source files, choose instruction sets, or change the numbers of terms of
-the series.
+Benchmarks and studies can add a source file, choose the instruction sets, or change the numbers of
+terms of the Taylor series.
 """
 
 import ctypes
@@ -26,7 +26,7 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Return the sources of the library, except the adapters to GSL and the file of the viewer."""
+    """Return the source files of the core, without the GSL adapters and the viewer's file."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
@@ -38,7 +38,7 @@ def isa_files():
 
 
 def size_options(file, options):
-    """Return the compiler options of the baseline kernels.
+    """Return the extra compiler options for `file` when it is compiled for the baseline.
 
     The baseline kernels are optimized for size if other instruction sets exist.
     """
@@ -50,7 +50,7 @@ def find_compiler():
 
 
 def compile_core(folder, source, isas=ISAS, options=("-DKR_WITH_AVX2", "-DKR_WITH_AVX512")):
-    """Compile the core and one more source file into a library, and load the library."""
+    """Compile the core and the file `source` into a shared library, and load the library."""
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]

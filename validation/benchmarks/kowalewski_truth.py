@@ -1,8 +1,8 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, by 128-bit heyoka.
+"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from 128-bit heyoka.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
-The program runs for some minutes.
+The program takes a few minutes.
 """
 
 import argparse
@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Draw moments ratio : ratio : 1, their unit, a centre of mass, gravity and an attitude.
+    """Draw principal moments ratio : ratio : 1, their unit, a centre of mass, gravity and attitude.
 
     The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
     equal axes or between them.
@@ -63,7 +63,7 @@ def draw_body(ratio, number, rng):
 def draw(number, rng):
     """Draw a top whose moments are exactly 2 : 2 : 1.
 
-    The order of the axes, the signs of gravity and the direction of time vary. The centre of mass
+    The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
     lies on one of the two equal axes or between them.
     """
     inertia, unit, com, gravity, attitude = draw_body(2, number, rng)
@@ -77,7 +77,7 @@ def draw(number, rng):
 
 
 def make_top(inertia, com, gravity, attitude, momentum, time):
-    """Return a top of plain floats, with the time rounded to 20 binary places."""
+    """Return a top with plain floats, and with the time rounded to a multiple of 2^-20."""
     return Top(
         *(tuple(map(float, x)) for x in (inertia, com)),
         gravity,
@@ -92,7 +92,7 @@ def format_row(numbers):
 
 
 def format_top(top, attitude, momentum):
-    """Return the C source lines of a top and its state."""
+    """Return the C source lines for a top and its final state."""
     rows = [format_row(x) for x in (top.inertia, top.com, top.attitude, top.momentum)]
     line = (
         f"{{{rows[0]}, {rows[1]}, {top.gravity:.17g}, {rows[2]}, {rows[3]}, {top.time:.17g}, "
@@ -102,7 +102,7 @@ def format_top(top, attitude, momentum):
 
 
 def integrator():
-    """Compile one integrator of heyoka for all tops, and return it."""
+    """Compile one heyoka integrator for all tops, and return the integrator."""
     fp = hy.real128
     return hy.taylor_adaptive(
         build_general_system(fp),
@@ -137,7 +137,7 @@ def main(words=None):
 
 
 def compute_rows(draw, count, seed):
-    """Return the C source lines of `count` tops from the function `draw`, with their states."""
+    """Return the C source lines for `count` tops drawn by `draw`, with their final states."""
     rng, move, rows = np.random.default_rng(seed), integrator(), []
     for number in range(count):
         top = draw(number, rng)

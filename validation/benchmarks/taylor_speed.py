@@ -1,4 +1,4 @@
-"""Times of calls that alternate in one process, for the studies of the Taylor method."""
+"""Timing of functions, called alternately in one process, for studies of the Taylor method."""
 
 from statistics import median
 
@@ -8,8 +8,8 @@ from ..competitors import timing
 def median_times(calls, rounds=41):
     """Return the median time of the first call, and estimates of the times of the other calls.
 
-    The estimate is the first time multiplied by the median ratio of both times over the rounds, in
-    which all calls are interleaved.
+    All calls are interleaved. The estimate for a call is the median time of the first call,
+    multiplied by the median ratio of the two times in a round.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)

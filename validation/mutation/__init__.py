@@ -1,4 +1,4 @@
 """Programs that measure how well tests detect faults.
 
-Run one with `python -m validation.mutation.NAME`.
+Run a program with `python -m validation.mutation.NAME`.
 """

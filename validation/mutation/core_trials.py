@@ -1,7 +1,7 @@
-"""Trials of mutants of the core, which is built for the baseline instruction set.
+"""Trials of mutants of the core, built for the baseline instruction set.
 
-The C tests run first, in order of their duration, then the C tests under sanitizers, and then the
-tests in Python. Only files that include the changed file are recompiled.
+The C tests run first, the fastest one first, then the C tests under sanitizers, and then the Python
+tests. Only files that include the changed file are recompiled.
 """
 
 import os
@@ -82,7 +82,7 @@ class Trial:
         return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
 
     def compile_file(self, file, folder, how=()):
-        """Compile a source file, and return the files that it uses, or None on failure."""
+        """Compile a source file, and return the files that it depends on, or None on failure."""
         to = self.object_path(file, folder, how)
         to.parent.mkdir(parents=True, exist_ok=True)
         command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
@@ -98,7 +98,7 @@ class Trial:
             raise TrialError(done.said)
 
     def run_program(self, name, changed, seconds, how=()):
-        """Link a test with the core, and run it."""
+        """Link a test program with the core, and run the program."""
         program = self.root / "objects" / name
         command = ("gcc", *LINKED.get(name, ()))
         self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)

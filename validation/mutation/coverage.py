@@ -1,4 +1,4 @@
-"""Branches that no test takes. Run it with `python -m validation.mutation.coverage core|package`.
+"""Branches that no test takes. Usage: `python -m validation.mutation.coverage core|package`.
 
 core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
          orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
@@ -59,10 +59,10 @@ def measure_core(tests):
 
 
 def build_with_counters(tree, objects):
-    """Compile with branch counters, and without optimization, which would merge branches.
+    """Compile the core with branch counters, and without optimization, which would merge branches.
 
     Code that is generated for each order, or inlined in several places, is counted as one function.
-    The counters are atomic because of threads.
+    The counters are atomic because some tests use threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,9 +1,9 @@
 """The lines of the package that each test runs, and the duration of each test module.
 
-Each test module is measured separately, with the running test as coverage context. All parameter
-sets of a test share one context, and fixtures run without a context. The results are stored beside
-the copies of the tree. The results are valid until the test module, or a file that it may use,
-changes.
+Each test module is measured separately, with the current test as the coverage context. All
+parameter sets of a test share one context, and fixtures have no context. The results are stored
+beside the copies of the tree. They stay valid until the test module changes, or a file that the
+module may use.
 """
 
 import hashlib
@@ -42,9 +42,10 @@ class ModuleUsage:
         return counts
 
     def rank_tests(self, file, lines):
-        """Return the tests that run at least one of `lines`, each after its number of lines.
+        """Return (line count, module, test) for each test that runs at least one of `lines`.
 
-        A test that runs few lines checks them more closely.
+        The line count is the number of lines that the test runs. A test that runs few lines usually
+        checks them more closely.
         """
         tests = self.lines.get(file, {}).items()
         used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
@@ -73,7 +74,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """Return a digest for each test module, from its text and from all files that it may use."""
+    """Return a digest of each test module, computed from its text and all files that it may use."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
@@ -101,7 +102,7 @@ def measure_module(root, module):
 
 
 def read_lines(file, root, module):
-    """Return the lines that each test of a module runs, for each source file."""
+    """Return the lines of each source file that each test of a module runs."""
     data = CoverageData(str(file))
     data.read()
     found = {}

@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Mutant:
-    """A change that replaces [begin, end) of the text of a file by `new`."""
+    """A change that replaces the characters [begin, end) of a file by the string `new`."""
 
     file: str  # path relative to the root of the tree, with slashes
     text: str
@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The line of the text in which the change begins, without surrounding space."""
+        """The line in which the change begins, without leading and trailing space."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name. If the line of the source is edited, the name changes."""
+        """A unique name, which contains the line's text and so changes when the line is edited."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 

@@ -2,8 +2,8 @@
 
     python -m validation.mutation.mutate core|package
 
-An interrupted run is continued by the same command. With --again, the survivors are tried once
-more.
+Repeat the command to continue an interrupted run. With --again, mutants that survived earlier are
+tried once more.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """Mutants of a Python source.
 
-The mutations are wrong operators, comparisons, numbers, booleans and arguments, negated conditions
-and dropped statements. Strings are not mutated.
+The mutations change operators, comparisons, numbers and booleans, swap arguments, negate conditions
+and drop statements. Strings are not mutated.
 """
 
 import ast
@@ -74,7 +74,7 @@ def mutate_node(node, text, span):
 
 
 def mutate_operator(op, begin, end, text):
-    """Yield the mutations of an operator between two operands. The operands may be in brackets."""
+    """Yield the mutations of an operator between two operands, which may be in parentheses."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
     if old and (found := re.search(words, text[begin:end])):
@@ -115,7 +115,7 @@ def is_docstring_or_yield(node):
 
 
 def lines_run_at_import(text):
-    """Return the lines of a file that run at import and therefore belong to no particular test."""
+    """Return the lines that run when a file is imported, and so belong to no particular test."""
     tree = ast.parse(text)
     inside = {
         line

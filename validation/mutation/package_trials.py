@@ -1,6 +1,6 @@
-"""Trials of mutants of the package: only the tests that execute the changed line are run.
+"""Trials of mutants of the Python package, by only those tests that run the changed line.
 
-Tests that run few lines come first. Tests in a browser are left out.
+The tests that run the fewest lines come first. Browser tests are left out.
 """
 
 import marshal
@@ -43,7 +43,7 @@ def list_mutants(root, only=""):
 def list_test_modules(root):
     """Return the test modules that are used to kill mutants.
 
-    Style tests are left out, because they detect a change of the text and not of its effect.
+    Style tests are left out, because they detect changes of the text rather than of the behaviour.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -51,7 +51,7 @@ def list_test_modules(root):
 
 
 class Trial:
-    """A copy of the tree, with the lines of the package that each test runs."""
+    """A copy of the tree, together with the lines of the package that each test runs."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -61,7 +61,7 @@ class Trial:
         self.uses = measure_usage(self.root, list_test_modules(self.root), to.with_name("uses"))
 
     def copy_core(self):
-        """Copy the extension of the package that runs this program, if there is one."""
+        """Copy the compiled extension of the installed package, if there is one."""
         try:
             from kreisel import _core
         except ImportError:
@@ -87,9 +87,10 @@ class Trial:
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
     def select_tests(self, mutant):
-        """Return groups of tests that may kill a mutant, each as {test: module}.
+        """Return two groups of tests that may kill a mutant, each as {test: module}.
 
-        The tests that run the fewest lines come first. Modules whose set-up runs the line are last.
+        The tests that run the fewest lines come first. Modules that run the line in their set-up
+        come last.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected

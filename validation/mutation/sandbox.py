@@ -1,4 +1,4 @@
-"""Copies of the tree, in which programs run within limits of time and memory."""
+"""Copies of the tree, in which programs run with limited time and memory."""
 
 import os
 import resource
@@ -22,7 +22,7 @@ class TrialError(Exception):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a mutant: killed, survived, unbuilt or same; the test, and its time [s]."""
+    """A verdict (killed, survived, unbuilt or same), the failing test, and the time needed [s]."""
 
     word: str
     by: str = ""
@@ -31,7 +31,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ProgramResult:
-    """The result of a program: its status (0 for success), output and time [s]."""
+    """The result of running a program: its status (0 for success), output and run time [s]."""
 
     status: int | str
     said: str
@@ -39,7 +39,7 @@ class ProgramResult:
 
 
 def copy_tree(root, to):
-    """Copy the sources, tests and programs of a tree."""
+    """Copy the tree without its build products, and return the root of the copy."""
     shutil.rmtree(to, ignore_errors=True)
     shutil.copytree(root, to, ignore=make_ignore(root))
     (to / "site").mkdir()
@@ -90,7 +90,7 @@ def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
 
 
 def kill_group(process):
-    """Kill a program and all its children."""
+    """Kill a program and all its child processes."""
     if process.poll() is None:
         os.killpg(process.pid, 9)
         process.communicate()
@@ -102,7 +102,7 @@ def make_environment(root):
 
 
 def run_pytest(root, words, cpu=600, wall=1800):
-    """Run tests of the copy until one fails, and return the result and the failing test."""
+    """Run tests in the copy until one fails. Return the result and the name of the failing test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [

@@ -21,7 +21,7 @@ def random_body(rng, kind):
     return kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
 
 
-def ordinary(rng):
+def any_body(rng):
     """Draw a top of a random kind, with moderate moments and rates.
 
     One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
@@ -60,8 +60,8 @@ def almost_at_rest(rng):
     return place_near_upright(rng, draw_heavy_body(rng), 10 ** rng.uniform(-10, -3))
 
 
-def anywhere_at_rest(rng):
-    return ordinary(rng).replace(momentum=(0.0, 0.0, 0.0))
+def any_body_at_rest(rng):
+    return any_body(rng).replace(momentum=(0.0, 0.0, 0.0))
 
 
 def sleeping(rng):
@@ -91,7 +91,7 @@ def near_a_rod(rng):
     return kr.Scene(body, body_momentum=momentum * speed, attitude=q / np.linalg.norm(q))
 
 
-def lively(rng):
+def nearly_flipping(rng):
     """Draw an asymmetric body with almost enough energy to flip over, whose motion is chaotic."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
@@ -101,11 +101,11 @@ def lively(rng):
 
 
 def fast(rng):
-    scene = ordinary(rng)
+    scene = any_body(rng)
     return scene.replace(momentum=tuple(rng.uniform(10.0, 100.0) * m for m in scene.momentum))
 
 
-def nearly_of_a_kind(rng):
+def nearly_symmetric(rng):
     """Draw a nearly symmetric or nearly spherical top, with any attitude or near upright.
 
     The moments, the centre of mass or both deviate by 1e-16 to 1e-11 from an exactly symmetric or
@@ -129,14 +129,14 @@ def nearly_of_a_kind(rng):
 
 
 FAMILIES = (
-    ordinary,
+    any_body,
     at_rest,
     almost_at_rest,
-    anywhere_at_rest,
+    any_body_at_rest,
     sleeping,
     middle_axis,
     near_a_rod,
-    lively,
+    nearly_flipping,
     fast,
-    nearly_of_a_kind,
+    nearly_symmetric,
 )

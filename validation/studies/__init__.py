@@ -1,6 +1,6 @@
-"""Studies by which constants of the library were chosen.
+"""Studies that determine the values of constants in the library.
 
-Run one with `python -m validation.studies.NAME`.
+Run a study with `python -m validation.studies.NAME`.
 
 Each module states the conclusion of its study in its second paragraph. The studies are not part of
 CI.

@@ -1,9 +1,10 @@
-"""Wrong verdicts on chaos among random tops, for several lengths of the motion.
+"""Numbers of random tops that MEGNO misclassifies as chaotic or regular, for several durations.
 
-The verdict after 30000 turns serves as the reference. Each row counts the tops whose MEGNO is near
-the threshold, the regular tops that are called chaotic without doubt, and the chaotic tops that are
-called regular without doubt. Conclusion: with a threshold of 4 and doubt between 2.5 and 8, no
-regular top is called chaotic. Few chaotic tops are called regular, and fewer in longer motions.
+The verdict after 30000 turns serves as the reference. Each row counts the doubtful tops, whose
+MEGNO is near the threshold. It also counts the misclassified tops whose MEGNO is not near the
+threshold. Conclusion: with a threshold of 4 and doubtful values from 2.5 to 8, no regular top is
+classified as chaotic. Few chaotic tops are classified as regular, and the number decreases with the
+duration.
 
     python -m validation.studies.chaos_verdicts --families 15
 """
@@ -25,7 +26,7 @@ BOX = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 
 
 def draw_families() -> Iterator[kr.Ensemble]:
-    """Yield families of tops with the same body, 1600 tops in all."""
+    """Yield ensembles of tops with the same body, with 1600 tops in total."""
     for gravity in (1.0, 2.0, 3.0, 4.0):
         yield kr.starts(BOX, energy=2.0, vertical=1.0, n=200, seed=SEEDS[0], gravity=gravity)
     rng = np.random.default_rng(SEEDS[1])
@@ -45,7 +46,7 @@ def draw_starts(body: kr.Body, n: int, size: float, rng: np.random.Generator) ->
 
 
 def compute_curves(families: int) -> np.ndarray:
-    """Return MEGNO after each number of turns in TURNS, as an array (tops, turns)."""
+    """Return the MEGNO of each top after each number of turns in `TURNS`, shape (tops, turns)."""
     curves = []
     for tops in islice(draw_families(), families):
         turn = float(np.median(1.0 / kr.megno(tops, [1.0], tol=TOL).turns))

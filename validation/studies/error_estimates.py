@@ -1,13 +1,13 @@
-"""The accuracy of path.error, in doubles and with 20 and 30 digits.
+"""The accuracy of the error estimate path.error, in double precision and with 20 and 30 digits.
 
-Conclusion: the estimate is within a factor of 3 of the true error, except for paths whose only
-error is rounding. With method='geometric', no true error exceeds the requested one.
+Conclusion: the estimate is within a factor of 3 of the true error, unless the error is due to
+rounding alone. With method='geometric', no true error exceeds the requested one.
 
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
-Random tops of the families of references/random_scenes.py are solved to random times up to 30 in
-both directions. The estimate of a path is compared with the largest true error of its states.
-The reference is heyoka with 60 digits.
+The tops are drawn from the families in references/random_scenes.py. Their motion is solved up to a
+random time, at most about 30 in either direction. The estimate for a path is compared with the
+largest true error of its states. The reference is heyoka with 60 digits.
 """
 
 import argparse
@@ -37,7 +37,7 @@ WAYS = {
 
 
 def estimate_ratio(scene, times, truth, way):
-    """Return the ratio of the estimated to the true error of a path.
+    """Return the ratio of the estimated error of a path to its true error.
 
     Returns None if the run is refused, or if the error is at rounding level. Raises ArithmeticError
     if the true error exceeds the requested one.
@@ -54,7 +54,7 @@ def estimate_ratio(scene, times, truth, way):
 
 
 def collect_ratios(scenes, seed):
-    """Return the ratios of estimated to true error, for each family and setting."""
+    """Return the ratios of estimated error to true error, for each family and setting."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):

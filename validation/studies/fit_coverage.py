@@ -1,10 +1,10 @@
-"""The coverage of kreisel.fit: how often the true value lies within 1, 2 and 3 standard deviations.
+"""The coverage of kr.fit: how often the true value lies within 1, 2 and 3 standard deviations.
 
     python -m validation.studies.fit_coverage [--seeds 1000] [KIND ...]
 
-Each kind of record is simulated from known scenes with normally distributed noise of 1 % of the
-signal, or of 0.01 rad. The fit begins at a scene with other moments, another centre of mass and
-another start, so that its first guess comes from the records. Only functions of the scene that the
+Each kind of record is simulated from a known scene. Normally distributed noise is added: 1 % of the
+signal, or 0.01 rad. The fit starts from a scene with wrong moments, centre of mass and initial
+state. The fit must therefore derive its initial guess from the records. Only quantities that the
 records determine are compared. The errors of one fit are correlated, so each fit counts as one
 sample.
 """
@@ -95,7 +95,7 @@ def attitudes(rng):
 
 
 def velocity(rng):
-    """Simulate the velocity in space, which leaves the order of the principal axes open."""
+    """Simulate the angular velocity in space, which does not determine the order of the axes."""
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
     return heavy_case([kr.Record(t, {"velocity": values}, sigma)], (1.1, 1.2, 1.0))
@@ -125,9 +125,9 @@ def two_clocks(rng):
 
 
 def environment_case(records, truth, free, measure, **start):
-    """Return a case that fits the friction or the motion of the support of a heavy top.
+    """Return a case with a heavy top, where the fit also determines friction or support motion.
 
-    The search begins with the values `start`.
+    The fit starts from the parameter values in `start`.
     """
 
     def compare(scene):
@@ -141,7 +141,7 @@ def environment_case(records, truth, free, measure, **start):
 
 
 def friction(rng):
-    """Simulate a gyroscope until after friction has stopped the spin, from a guess without it."""
+    """Simulate a gyroscope until after friction has stopped the spin; the guess has no friction."""
     t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
     values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
     record = kr.Record(t, {"body_velocity": values}, sigma)
@@ -153,7 +153,7 @@ def friction(rng):
 
 
 def turning(rng):
-    """Simulate a gyroscope and a camera on a turning support, from a guess at rest."""
+    """Simulate a gyroscope and a camera on a turning support; the guess has a support at rest."""
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
@@ -164,7 +164,7 @@ def turning(rng):
 
 
 def shaking(rng):
-    """Simulate attitudes on a shaken support, with a first guess of the rate within 2 %."""
+    """Simulate attitudes on a shaken support; the guess of the rate is within 2 % of the truth."""
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
@@ -202,7 +202,7 @@ KINDS = {case.__name__: case for case in CASES}
 
 
 class Coverage(NamedTuple):
-    """The deviations of fits (n, k), in standard deviations, and their statistics."""
+    """Deviations of n fits of k quantities, in standard deviations, and statistics of the fits."""
 
     deviations: np.ndarray
     chi2: np.ndarray
@@ -217,7 +217,7 @@ class Coverage(NamedTuple):
 
 
 def measure_coverage(kind, seeds):
-    """Fit records of one kind with `seeds` seeds."""
+    """Simulate and fit one kind of record with the random seeds 0 to `seeds` - 1."""
     deviations, chi2, times, lost, dof = [], [], [], 0, 1
     for seed in range(seeds):
         case = KINDS[kind](np.random.default_rng(seed))

@@ -1,13 +1,13 @@
-"""Order and tolerance of the Taylor series in SIMD lanes.
+"""Order and tolerance of the Taylor method for tops that are integrated in SIMD lanes.
 
 Conclusion: the table in csrc/ensemble/lane_scheduler.c contains the fastest orders whose error does
 not exceed that of individual tops at the same tolerance.
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, the times and errors of all orders are compared with the errors of individual
-tops. The reference has 20 digits. All runs are timed from C, alternately in one process and on one
-thread.
+For each tolerance, all orders are timed, and their errors are compared with those of tops solved
+individually. The reference solution has 20 digits. All runs are timed from C, alternately in one
+process and on one thread.
 """
 
 import argparse
@@ -30,7 +30,7 @@ ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
 def draw_families():
-    """Yield ensembles of four families, with their final times."""
+    """Yield the name, the scenes and the final time of each of four families."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
@@ -58,9 +58,9 @@ class LaneRunner:
         return names
 
     def run(self, scenes, t, log2_tol, order=0, isa=0, steps=None):
-        """Return a call that integrates all scenes to `t` and returns their attitudes.
+        """Return a function that integrates all scenes to `t` and returns their attitudes.
 
-        `steps` receives the number of steps of all scenes.
+        `steps` receives the total number of steps.
         """
         out = np.empty((len(scenes), 8))
         steps = ctypes.c_int64() if steps is None else steps
@@ -83,15 +83,15 @@ def solve_states(scenes, t, **words):
 
 
 def error_quantiles(q, truth):
-    """Return the median and the 90 % quantile of the errors [rad]."""
+    """Return the median and the 90 % quantile of the attitude errors [rad]."""
     return np.quantile(kr.attitude_error(q, truth), (0.5, 0.9))
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Find the smallest reduction of the tolerance for which no error exceeds `most`.
+    """Find the smallest reduction of the tolerance with error quantiles of at most `most`.
 
-    Returns its binary logarithm, the run and the errors, or None if no reduction in `LESS`
-    suffices.
+    Returns the binary logarithm of the reduction, the run and the quantiles. Returns None if no
+    reduction in `LESS` suffices.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
@@ -133,9 +133,9 @@ def isas(lanes):
 
 
 def limits(lanes):
-    """Print the rate of the products of coefficients as a fraction of the peak of a core.
+    """Print the rate of multiplications of coefficients, and its ratio to the peak of a core.
 
-    A term of order n has n products of coefficients for each of the 12 products of series.
+    Each step has order (order + 1) such multiplications for each of the 12 products of series.
     """
     most = peak.measure_peak()
     for name, scenes, t in draw_families():

@@ -1,8 +1,9 @@
-"""Time and error of 'auto' and of the Taylor series at the shortest times with a closed form.
+"""Comparison of 'auto' and the Taylor method at the shortest times with a closed-form solution.
 
-Conclusion: the set-up times in kreisel/_options/closed_form_choice.py make 'auto' slower than the
-series for about one in a hundred random Kowalewski and Goryachev-Chaplygin tops. The error of
-'auto' is smaller for all of them.
+At these times 'auto' begins to select the closed form. Conclusion: with the set-up times in
+kreisel/_options/closed_form_choice.py, 'auto' is slower than the Taylor method for about 1 % of
+random Kowalewski and Goryachev-Chaplygin tops. The error of 'auto' is smaller for all tops
+compared.
 
     python -m validation.studies.set_up_times TOPS --seed 0 --errors 20
 """
@@ -22,7 +23,7 @@ REPEATS = 3
 
 
 def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
-    """Yield tops with random attitudes and with momenta from slow to fast."""
+    """Yield tops with random attitudes, and with momenta of widely different magnitudes."""
     rng = np.random.default_rng(seed)
     body = kr.Body(1.0, (RATIOS[kind], RATIOS[kind], 1.0), (1.0, 0.0, 0.0), unphysical=True)
     for _ in range(n):
@@ -34,7 +35,7 @@ def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
 
 
 def measure_speed(scene: kr.Scene, end: float) -> float:
-    """Return the time of the series divided by that of 'auto', from the best of some repeats."""
+    """Return the run time of the Taylor method, divided by that of 'auto' (best of a few runs)."""
     best = {"auto": np.inf, "taylor": np.inf}
     for name in ("auto", "taylor") * REPEATS:
         begun = time.perf_counter()
@@ -44,7 +45,7 @@ def measure_speed(scene: kr.Scene, end: float) -> float:
 
 
 def measure_accuracy(scene: kr.Scene, end: float) -> float:
-    """Return the error of the series divided by that of 'auto', from a series with 20 digits."""
+    """Return the error of the Taylor method, divided by that of 'auto', from 20-digit solutions."""
     truth = kr.solve(scene, [end], digits=20)
     errors = [
         float(kr.attitude_error(kr.solve(scene, [end], name).q, truth.q)[0])

@@ -1,14 +1,16 @@
-"""Times of Taylor steps whose last coefficients are in single precision.
+"""Times of Taylor steps that compute the last coefficients in single precision.
 
-Conclusion: single precision is not worth using. With AVX-512, the time of a step of one top is
-determined by the dependence of coefficients on each other, not by the number of products. Two
-groups of lanes that share a tail gain 1.2 to 1.5, but each thread then has twice as many tops in
-its lanes. See "Measured and left out" in docs/theory/taylor.md.
+Conclusion: single precision is not worth using. With AVX-512, a step of one top is limited by
+latency, since each coefficient depends on the previous ones, and not by the number of
+multiplications. Two groups of lanes that share the single-precision coefficients are faster by a
+factor of 1.2 to 1.5. However, each thread then needs twice as many tops in its lanes. See "Measured
+and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-The numbers of coefficients in doubles are the smallest for which the errors of random tops do not
-grow. Each ratio is the median of many rounds, in which both steps alternate.
+The number of coefficients in double precision is the smallest for which the errors of random tops
+do not increase. Both kinds of step are timed alternately, and each ratio is a median over many
+rounds.
 """
 
 import subprocess

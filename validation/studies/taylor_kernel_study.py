@@ -1,13 +1,13 @@
-"""Kernels, orders, tolerances and numbers of terms of the Taylor method.
+"""Speed and error of the Taylor method for various orders, tolerances and numbers of terms.
 
-Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, 8 of 28
-terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are in double-double,
-at tolerance 2^-100.
+Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, the first
+8 of 28 terms are in double-double arithmetic, with a tolerance of 2^-70. For 30 digits, the first
+20 of 36 terms are in double-double arithmetic, with a tolerance of 2^-100.
 
     python -m validation.studies.taylor_kernel_study [limits orders depth]
 
-Users cannot choose these constants. All runs are timed from C, without Python. They alternate in
-one process, and the results are medians of ratios.
+Users cannot change these constants. All runs are timed alternately in one process, and the times
+are based on medians of ratios.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def join_words(high, low):
 
 @functools.cache
 def solve_truth(name, t, deep=False):
-    """Return the attitude at `t`, by the series with 30 digits or, if `deep`, by heyoka."""
+    """Return the attitude at `t`, by the Taylor method with 30 digits or, if `deep`, by heyoka."""
     problem = load_problem(name)
     if deep:
         return reference.integrate_states(problem, [t])[0][:4]
@@ -47,26 +47,26 @@ def solve_truth(name, t, deep=False):
 
 
 def attitude_error(truth, states):
-    """Return the error of an attitude, given as a state and its low words."""
+    """Return the attitude error of a state, which is given with its low words."""
     return reference.rotation_angle(truth, join_words(*states[:, 1:5]))
 
 
 def count_operations(order):
-    """Return the numbers of vector operations per step of the widest kernel, in sums and elsewhere.
+    """Return the numbers of vector operations in sums and elsewhere, per step of the widest kernel.
 
-    The first number counts the pairs and middle terms of the sums. The second number counts 27
-    operations per order: 3 join two sums, 6 give the rates of q and P, and 11 give the rates of W.
-    5 operations permute W, and 2 compute the sum at the end.
+    The first number counts the operations for the pairs and middle terms of the sums. The second
+    number counts 27 operations per order: 3 add two sums, 6 compute the rates of q and P, and 11
+    compute the rates of W. Another 5 operations permute W, and 2 evaluate the series at the end.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
 
 
 def limits():
-    """Compare the widest kernel with the peak of two operations per clock cycle.
+    """Compare the speed of the widest kernel with the peak of two operations per clock cycle.
 
-    The difference is due to latency: each coefficient depends on the previous coefficient, and the
-    sum at the end depends on the step.
+    The kernel is below the peak because of latency: each coefficient depends on the previous one,
+    and the evaluation of the series depends on the step size.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
@@ -115,7 +115,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print times and errors for 20 and 30 digits, for several numbers of terms and tolerances."""
+    """Print times and errors with 20 and 30 digits, for several numbers of terms and tolerances."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

@@ -1,4 +1,4 @@
-"""The Taylor method with kernels, tolerances and numbers of terms that users cannot select.
+"""Access to kernels, tolerances and numbers of terms of the Taylor method that users cannot select.
 
 The module compiles taylor_kernels.c together with the core.
 """
@@ -16,10 +16,10 @@ TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
 def compile_library(folder, terms):
-    """Compile the core with the kernels into a library, and load the library.
+    """Compile the core together with taylor_kernels.c into a library, and load the library.
 
-    By default all instruction sets are compiled. `terms` compiles only the widest kernel, with
-    other numbers of terms: the head and the last term for 20 digits, then for 30.
+    By default, the kernels of all instruction sets are compiled. If `terms` is given, only the
+    widest kernel is compiled, with the values `terms` of the macros in `TERMS`.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -28,7 +28,7 @@ def compile_library(folder, terms):
 
 
 def read_list(give):
-    """Return the items of a list in the core, up to the end of the list."""
+    """Return the values give(0), give(1), ... up to the first value that is false."""
     found = []
     while this := give(len(found)):
         found.append(this)
@@ -44,7 +44,7 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a call that integrates to `t` and returns the state with its low words.
+        """Return a function that integrates to `t` and returns the state with its low words.
 
         `steps` receives the number of steps.
         """

@@ -1,20 +1,22 @@
-"""The accuracy of the closed forms of Kowalewski and Goryachev-Chaplygin tops for random tops.
+"""The accuracy of the closed-form solutions for random Kowalewski and Goryachev-Chaplygin tops.
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are those of validation/benchmarks/kowalewski_speed.py; tau is the unit of time of a top.
-The reference is kreisel's Taylor series with 30 digits. Each top is compared at one time of either
-sign, log-uniform from 0.1 to `--longest` tau. A few tops are compared at later times, up to 1e6
-tau. The conditioning of a state is the change caused by one rounding error of the start, 2^-53, in
-a random direction. The integrals are compared at times up to 1e6 tau.
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py; tau is the unit of time of a
+top. The reference is kreisel's Taylor method with 30 digits. Each top is compared at one random
+time of either sign, log-uniform from 0.1 to `--longest` tau. A few tops are compared at later
+times, up to 1e6 tau. The conditioning of a state is its change if the initial state changes by one
+rounding error, 2^-53, in a random direction. The deviations of the conserved quantities are
+measured up to 1e6 tau.
 
-A second plan starts from a state of the 30-digit series, rounded to doubles. Both plans are
-compared at 1e6 tau, divided by the conditioning, because the rounded state has other frequencies.
+A second plan starts from a later state of the same motion, computed with 30 digits and rounded to
+doubles. The states of both plans at 1e6 tau are compared. Their difference is divided by the
+conditioning, because the rounding changes the frequencies of the motion.
 
-Some rules of the closed forms were found numerically and are not proved; see the head comments of
-the sources. With `--plans 1000000`, many more tops are planned. Every plan is then compared with
-kreisel's Taylor series of 16 digits at one time for each top, 1 to 10 tau of either sign. The
-certificate of a plan is its error at the start and a short time later.
+Some rules in the closed-form solutions were found numerically and are not proved; see the comments
+at the top of their source files. With `--plans 1000000`, the rules are tested on many more tops.
+Each top is then compared with the 16-digit Taylor method at one random time of either sign, 1 to 10
+tau. The certificate of a plan is its measured error at the initial time and a short time later.
 """
 
 import argparse
@@ -36,7 +38,7 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 
 
 def differ(one, other, scale):
-    """Return the largest difference between two paths: of q [rad], and of m divided by `scale`."""
+    """Return the largest difference of two paths, in attitude [rad] or in m divided by `scale`."""
     p, q = one.q, other.q
     near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
     apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
@@ -51,7 +53,7 @@ def largest_momentum(scene):
 
 
 def nudge(scene, rng, scale):
-    """Return a scene whose start differs by `NUDGE` in a random direction."""
+    """Return the scene with its initial state perturbed by `NUDGE` in a random direction."""
     turn = np.array([1.0, *(0.5 * NUDGE * rng.normal(size=3))])
     w, x, y, z = scene.attitude
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
@@ -62,7 +64,7 @@ def nudge(scene, rng, scale):
 
 
 def condition(scene, t, rng, scale, solve):
-    """Return the largest change of the state at `t` for one rounding error of the start."""
+    """Return the largest change of the state at `t` for one rounding error of the initial state."""
     path, most = solve(scene, [t]), 0.0
     for _ in range(3):
         change = differ(solve(nudge(scene, rng, scale), [t]), path, scale)
@@ -75,13 +77,13 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error at `t`, and the conditioning if the error is above the limit, else 0."""
+    """Return the error at `t`, and the conditioning if the error exceeds `limit`, else 0."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 
 
 def drift_of_integrals(top, tau, rng, scale):
-    """Return the largest relative deviations of energy, vertical momentum, third integral."""
+    """Return the largest relative deviations of energy, vertical momentum and third integral."""
     t = rng.choice([-1, 1], INTEGRALS) * 10.0 ** rng.uniform(0, np.log10(LATE), INTEGRALS) * tau
     path = top(np.sort(np.concatenate([[0.0], t])))
     body, zero = top.scene.body, np.searchsorted(np.sort(t), 0.0)
@@ -101,7 +103,7 @@ def drift_of_integrals(top, tau, rng, scale):
 
 
 def compare_restarted(scene, top, tau, rng, scale):
-    """Return the difference of two plans of one motion at `LATE`, divided by the conditioning.
+    """Return the difference of two plans for one motion at `LATE`, divided by the conditioning.
 
     Returns None if the second plan is refused.
     """
@@ -119,7 +121,7 @@ def compare_restarted(scene, top, tau, rng, scale):
 
 
 def describe(title, values, *limits):
-    """Print the distribution of values."""
+    """Print quantiles of the values, and the fraction of values below each of `limits`."""
     values = np.array(values)
     within = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
     print(
@@ -131,7 +133,7 @@ def describe(title, values, *limits):
 
 @dataclass
 class Findings:
-    """Results for the planned tops of one kind; `excess` lists the tops above the limit."""
+    """Results for the planned tops of one kind; `excess` lists tops with errors above the limit."""
 
     certificates: list = field(default_factory=list)
     errors: list = field(default_factory=list)
@@ -159,7 +161,7 @@ def examine(number, scene, top, tau, chosen, limit, rng, found):
 
 
 def print_findings(found, chosen, limit):
-    """Print the distributions of all results, and the tops above the limit."""
+    """Print the distributions of all results, and the tops whose error exceeds `limit`."""
     describe("certificate", found.certificates)
     describe(f"error up to {chosen.longest:g} tau", found.errors, limit, 10 * limit)
     for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
@@ -179,7 +181,7 @@ def print_findings(found, chosen, limit):
 
 
 def reason_of(refusal):
-    """Return the reason of a ValueError of kr.exact."""
+    """Return the reason that is stated in a ValueError raised by kr.exact."""
     return str(refusal).split(": ")[1].split("; ")[0]
 
 
@@ -188,7 +190,7 @@ def count_above(values, limits):
 
 
 def plan_tops(kind, chosen):
-    """Plan many random tops of one kind; print refusals, certificates and early errors."""
+    """Plan many random tops of one kind. Print refusals, certificates and errors at early times."""
     rng, refused, certificates, found = np.random.default_rng(chosen.seed), Counter(), [], []
     for number in range(chosen.plans):
         scene, tau = draw_top(rng, KINDS[kind][0])
@@ -215,7 +217,7 @@ def plan_tops(kind, chosen):
 
 
 def measure(kind, chosen):
-    """Print refusals and errors of random tops of one kind."""
+    """Measure random tops of one kind, and print their refusals and errors."""
     ratio, limit = KINDS[kind]
     rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
     for number in range(chosen.tops):

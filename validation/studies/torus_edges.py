@@ -2,11 +2,12 @@
 
     python -m validation.studies.torus_edges [kowalewski|goryachev_chaplygin] [--random 3]
 
-Each family contains a degenerate motion, at the distance eps = 0. Rows are families and columns are
-distances. An entry is the largest attitude error [rad] at five times up to 1000 units, divided by
-max(1, rate). The reference is kreisel's Taylor series with 30 digits. An entry in parentheses is
-the conditioning instead, if the error is below ten times the conditioning: the change caused by one
-rounding error of the start, 2^-53. The entry of a refused motion is the first word of the reason.
+Each family contains a degenerate motion at the distance eps = 0. Each line shows the largest error
+for one distance, at five times up to 1000 / max(1, rate). The reference is kreisel's Taylor method
+with 30 digits. The letter c precedes the certificate of the plan. If the error exceeds 3e-14, the
+conditioning is printed too: in parentheses if it is at least a tenth of the error, else after an
+exclamation mark. The conditioning is the change of the state caused by one rounding error (2^-53)
+in the initial state. For a refused motion, the line shows the reason.
 """
 
 import argparse
@@ -25,21 +26,21 @@ SIDES = {"kowalewski": -1.0, "goryachev_chaplygin": 1.0}  # direction of the cen
 
 
 class Family(NamedTuple):
-    """A name, and a function of eps and six random numbers that returns a scene."""
+    """The name of a family, and a function of eps and six random numbers that returns a scene."""
 
     name: str
     make: Callable
 
 
 def turn_upwards(up):
-    """Return an attitude in which the direction `up` of the body is vertical."""
+    """Return an attitude in which `up`, a direction fixed in the body, is vertical."""
     x, y, z = up
     q = np.array([1.0 + z, y, -x, 0.0] if z > -0.9 else [y, 1.0 - z, 0.0, x])
     return q / np.linalg.norm(q)
 
 
 def make_scene(kind, velocity, up):
-    """Return a scene with an angular velocity and the vertical, in the axes of the closed form."""
+    """Return the scene with this angular velocity and vertical in the axes of the closed form."""
     up = np.array(up, float) / np.linalg.norm(up)
     moments, velocity = np.array(MOMENTS[kind]), np.array(velocity, float)
     momentum = moments * velocity
@@ -55,7 +56,7 @@ def make_scene(kind, velocity, up):
 
 
 def see_from_body(scene):
-    """Return the angular momentum and the vertical, seen from the body."""
+    """Return the components of the angular momentum and of the vertical in the body axes."""
     w, x, y, z = scene.attitude
     up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
     rows = np.array(
@@ -69,7 +70,7 @@ def see_from_body(scene):
 
 
 def constants(scene):
-    """Return Kowalewski's constants h, l, k of a scene with the moments 2 : 2 : 1."""
+    """Return Kowalewski's constants h, l, k of a scene with principal moments 2 : 2 : 1."""
     momentum, (g1, g2, _) = see_from_body(scene)
     p, q, r = momentum / np.array(MOMENTS["kowalewski"])
     h = p * p + q * q + r * r / 2 - g1
@@ -83,7 +84,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Return a factor of the velocity for which `value` of the scene is zero, or None."""
+    """Return a factor of the velocity for which `value(scene)` is zero, or None."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):
@@ -100,7 +101,7 @@ def find_size(value, velocity, up, kind):
 
 
 def scale_to(kind, value, name):
-    """Return a family of random starts with a velocity for which `value` of the scene is zero.
+    """Return a family of random initial states, with the velocity scaled so that `value` is zero.
 
     The velocity is then multiplied by 1 + eps.
     """
@@ -118,19 +119,19 @@ def scale_to(kind, value, name):
 
 
 def value_at_minus_k(scene):
-    """Return half of phi at -k, for Kowalewski tops."""
+    """Return phi(-k) / 2 of a Kowalewski top, where phi is Kowalewski's cubic polynomial."""
     h, vertical, k = constants(scene)
     return h - k - vertical * vertical / 2
 
 
 def discriminant_of_phi(scene):
-    """Return the discriminant of phi, for Kowalewski tops."""
+    """Return the discriminant of the cubic polynomial phi of a Kowalewski top."""
     h, vertical, k = constants(scene)
     return discriminant(h, vertical, 1 - k * k)
 
 
 def separatrix(scene):
-    """Return H - 1 - 6 (G/8)^(2/3) of a Goryachev-Chaplygin top."""
+    """Return a function that is zero on the separatrix of a Goryachev-Chaplygin top."""
     L, up = see_from_body(scene)
     across = L[0] ** 2 + L[1] ** 2
     H = (across + 4 * L[2] ** 2) / 2 + up[0]
@@ -139,7 +140,7 @@ def separatrix(scene):
 
 
 def near(kind, velocity, up):
-    """Return a function that perturbs a motion by eps times random numbers."""
+    """Return a function that perturbs an initial state by eps times random numbers."""
 
     def make(eps, v):
         return make_scene(
@@ -150,7 +151,7 @@ def near(kind, velocity, up):
 
 
 def across_momentum(eps, v):
-    """Return a Kowalewski top with <m, e3> = eps."""
+    """Return a Kowalewski top with the vertical momentum <m, e3> = eps."""
     up = v[3:] / np.linalg.norm(v[3:])
     momentum = np.array(MOMENTS["kowalewski"]) * v[:3]
     momentum += (eps - momentum @ up) * up
@@ -160,7 +161,7 @@ def across_momentum(eps, v):
 
 
 def level_momentum(eps, v):
-    """Return a Goryachev-Chaplygin top with G about eps: the momentum is along axis 2."""
+    """Return a Goryachev-Chaplygin top with G of order eps, by a momentum nearly along axis 2."""
     return make_scene("goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9])
 
 
@@ -212,7 +213,7 @@ def families(kind):
 
 
 def entry_of(scene, rng):
-    """Return the table entry for one scene."""
+    """Return the text that the program prints for one scene."""
     try:
         top = kr.exact(scene)
     except ValueError as error:
