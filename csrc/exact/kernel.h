@@ -1,7 +1,7 @@
-/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for single
- * times and for many times. The kernel has no branches and calls no function except sqrt, so
- * compilers can vectorize a loop over times. Results are bitwise equal for all vector widths. This
- * header is compiled once for each instruction set, because the loop uses the vectors of that
+/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for a single
+ * time and for many times. The kernel has no branches and calls no function other than sqrt, so
+ * compilers can vectorize loops over times. Results are bitwise identical for all vector widths.
+ * This header is compiled once for each instruction set, because the loop uses the vectors of that
  * instruction set. In the code, e is the closed-form solution; a, b and h denote alpha, beta and
  * the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
