@@ -70,8 +70,8 @@ static inline wide turns_of_tangent(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns. The result is the sum of an exact multiple of an eighth
- * of a turn and an arc tangent of at most a sixteenth of a turn. */
+/* Returns the argument of x + i y in turns. The result is an exact multiple of an eighth of a turn
+ * plus an arc tangent of at most a sixteenth of a turn. */
 static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);

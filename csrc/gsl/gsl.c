@@ -17,9 +17,9 @@ enum { MAX_TRIES = 1000 };
  * that it fails to resolve. If the top made whole turns within a step, the error estimate would be
  * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a and h a, where h is the step size and a is a bound on the part of |W'| due
- * to gravity. Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix
- * is singular, GSL reads uninitialized memory. */
+/* Upper limits on h^2 a and h a, where h is the step size and a bounds the part of |W'| due to
+ * gravity. Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is
+ * singular, GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {

@@ -2,11 +2,11 @@
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of the step size. Both sequences are palindromes that sum to 1.
  * The table lists the first half of each sequence; the middle coefficients follow from the sums. A
- * row without kicks composes any symmetric method of order 2, such as Strang splitting, with b_i =
- * (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition with
- * Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift is
- * exact and the kick does not change q, only the order conditions of the Nystrom case apply, which
- * are fewer. */
+ * row without kicks is used to compose any symmetric method of order 2, such as Strang splitting,
+ * with b_i = (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition
+ * with Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift
+ * is exact and the kick leaves q unchanged, only the fewer order conditions of the Nystrom case
+ * apply. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -41,8 +41,8 @@ static const struct {
 };
 
 /* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
- * step size. The last kick of a step is combined with the first kick of the next step. Between
- * steps, m is therefore ahead by the kick b_0 (`ahead`). */
+ * step size. The last kick of a step is merged with the first kick of the next step. Between steps,
+ * m is therefore ahead by the kick b_0 (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
