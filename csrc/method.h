@@ -89,7 +89,7 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of mass * com with respect to the parameter, with accelerations in the
+/* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
  * user's units. `timing` determines how the lever varies with time. `turning`, `apex` and
  * `friction` are the derivatives of the support's angular velocity in space, of the apex and of the
  * dry friction. */

@@ -1,6 +1,6 @@
 /* Sine, cosine and arc tangent with errors of at most 2 ulp. The functions use only + - * / and
- * sqrt, which are correctly rounded, and fmod, which is exact. Otherwise the results would differ
- * in the last bits between versions of libm, and so would all computed states. With the functions
+ * sqrt, which are correctly rounded, and fmod, which is exact. The results of different versions of
+ * libm differ in the last bits, and this would affect all computed states. With the functions
  * below, states are bitwise identical for every compiler and every libm, and in WebAssembly. The
  * functions sum power series, and use neither tables nor fused multiply-add. */
 #ifndef KR_TRIG_H

@@ -2,10 +2,10 @@
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
  * where a_i and b_i are fractions of the step size. Both sequences are palindromes that sum to 1.
  * The table lists the first half of each sequence; the middle coefficients follow from the sums. A
- * row without kicks is used to compose any symmetric method of order 2, such as Strang splitting,
- * with b_i = (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition
- * with Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift
- * is exact and the kick leaves q unchanged, only the fewer order conditions of the Nystrom case
+ * row without kicks composes any symmetric method of order 2, such as Strang splitting, with b_i =
+ * (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition with
+ * Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift is
+ * exact and the kick leaves q unchanged, only the fewer order conditions of the Nystrom case
  * apply. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H

@@ -36,7 +36,7 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     return kick;
 }
 /* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector is
- * cheaper to compute and has the same cross product with e3 as the gradient itself. */
+ * cheaper to compute than q L q*, and has the same cross product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
