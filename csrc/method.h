@@ -6,11 +6,11 @@
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and internal units. Working axes are the principal axes in a suitable
- * order. For a symmetric body, T is the symmetry axis; otherwise, B is the axis of the intermediate
- * moment. The internal units are powers of two times the user's units. In these units, the largest
- * moment of inertia and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the
- * user's time unit. */
+/* A motion in working axes and internal units. The working axes are the principal axes, in the
+ * order that the methods need. For a symmetric body, T is the symmetry axis; otherwise, B is the
+ * axis of the intermediate moment. The internal units are powers of two times the user's units. In
+ * these units, the largest moment of inertia and the rate of the top are about one. Methods with
+ * KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */

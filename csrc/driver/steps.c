@@ -86,7 +86,7 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the main motion is finite and within its limits, and saves it. */
+/* Checks that the main motion is finite, saves it, and checks the limits. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);

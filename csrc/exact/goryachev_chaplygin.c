@@ -5,7 +5,7 @@
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
 
-/* A plan, together with intermediate results of the set-up. */
+/* A plan under construction, with intermediate results of the set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
     chaplygin_curve curve;

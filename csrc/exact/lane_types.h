@@ -3,7 +3,7 @@
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). All quantities that grow
- * with time are computed in double-double, so their errors do not grow with time. The function
+ * with time are computed in double-double, so that the errors of states do not grow. The function
  * theta4(X) is not needed, because q is normalized.
  *
  * This header is compiled once for each instruction set, like the files that include it, and once

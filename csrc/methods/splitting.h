@@ -77,8 +77,8 @@ static inline splitting_body splitting_body_of(const splitting *s)
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Rotates by the angle 2 * half about axis 0; axes 0, 1 and 2 are any cyclic permutation of N, B
- * and T. The arguments m1 and m2 are the components of the momentum along axes 1 and 2. The
+/* Rotates by the angle 2 * half about axis 0, where axes 0, 1 and 2 are a cyclic permutation of N,
+ * B and T. The arguments m1 and m2 are the components of the momentum along axes 1 and 2. The
  * arguments w, r0, r1, r2 are the components of splitting_body.r. */
 static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
                                   double *r1, double *r2)

@@ -25,10 +25,11 @@ typedef struct kr_trail {
     double step; /* [T] */
 } kr_trail;
 
-/* Returns a cuboid with the same inertia, mass and centre of mass as the body. An unphysical body
- * has no such cuboid. The function then returns a cuboid with the same inertia and the same product
- * mass * com. The density of this cuboid is 1 if possible; otherwise, the cuboid is the largest
- * possible one. If this is also impossible, returns a cube with edges of length 2. */
+/* Returns a cuboid with the same inertia, mass and centre of mass as the body. If the body is
+ * unphysical, there is no such cuboid. The function then returns a cuboid with the same inertia and
+ * the same product mass * com. The density of this cuboid is 1 if possible; otherwise, the cuboid
+ * is the largest possible one. If this is also impossible, returns a cube with edges of length
+ * 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the magnitudes of momentum and angular velocity that determine the scale of the picture.
  * The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
