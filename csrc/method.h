@@ -1,16 +1,16 @@
-/* The interface of a method. Each method has one file in methods/ and one line in methods.def. A
- * method advances a motion, the state of a top in working axes and internal units, step by step.
- * The driver handles everything else: conversion to the user's frame, units and time, requested
- * times, limits, checks for NaN and infinity, interruption, and the last valid state. */
+/* The interface of an integration method. Each method has one file in methods/ and one line in
+ * methods.def. A method advances a motion step by step; a motion is the state of a top in working
+ * axes and internal units. The driver handles the rest: conversion to the user's frame, units and
+ * time, requested times, limits, non-finite states, interruption, and recovery. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and internal units. Working axes are principal axes in a certain order.
- * For a symmetric body, T is the symmetry axis; otherwise, B is the axis of the intermediate
- * moment. The internal units are powers of two times the user's units. In these units, the largest
- * moment and the rate of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's unit
- * of time. */
+/* A motion in working axes and internal units. The working axes are the principal axes, in the
+ * order that the methods need. For a symmetric body, T is the symmetry axis; otherwise, B is the
+ * axis of the intermediate moment. The internal units are powers of two times the user's units. In
+ * these units, the largest moment of inertia and the rate of the top are about one. Methods with
+ * KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -22,10 +22,10 @@ typedef struct kr_motion {
     /* The method's work array: method->work doubles, without pointers. The work array of the main
      * motion is aligned to 64 bytes. */
     double *work;
-    /* Other data of the method, such as a kernel or memory allocated by another library. Freed by
+    /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
      * `release`. */
     void *aux;
-    /* If nonzero, q and m are computed only up to a common rotation about the vertical. Always 0
+    /* If nonzero, q and m are determined only up to a common rotation about the vertical. Always 0
      * for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
     /* Number of digits for methods with KR_METHOD_DIGITS; 0: use `tol`. With more than 16 digits,
@@ -35,7 +35,7 @@ typedef struct kr_motion {
     int digits;
     kr_vec3 lever_low;
     kr_state low;
-    /* The user's scene with the initial state that was set last. Closed-form solutions use this
+    /* The user's scene with the most recently set initial state. Closed-form solutions use this
      * scene to avoid the rounding errors of a conversion to internal units. */
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. The method taylor uses them to
@@ -48,9 +48,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of the series of (q | 0, P) and of (0, W). q is the attitude. P is the vertical
-     * in the body frame. W is the angular velocity in the body frame, divided by `rate`; |W| is
-     * less than 1. */
+    /* Coefficients of the series of (q | 0, P) and of (0, W), where q is the attitude. P is the
+     * vertical in the body frame. W is the angular velocity in the body frame, divided by `rate`;
+     * |W| is less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -60,26 +60,27 @@ typedef struct kr_step_polynomial {
      * shakes. */
     int is_disturbed;
     double slope_x[8], slope_w[4];
-    /* Nonzero if friction holds the top: 1 or -1, the sign of the spin before the top stopped. */
+    /* Nonzero while friction holds the top: 1 or -1, the sign of the spin before the top
+     * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. The memory before b, and after the end of each array, must hold zeros. */
+     * more. The memory before b, and after the end of each array, must be zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
-/* An infinitesimal deviation from a motion: a rotation vector in the body frame, and a change of
- * the momentum in space. Both are in working axes and internal units. The seed of a parameter
- * consists of the initial deviation and the derivatives of the scene with respect to the parameter.
- * The derivatives of the moments and of the damping are symmetric matrices (xx, yy, zz, yz, zx,
- * xy). Deviations do not affect the motion itself, except that strongly damped motions with
- * deviations are limited to short steps. */
+/* An infinitesimal perturbation of a motion: a rotation vector in the body frame, and a change in
+ * the momentum in the space frame. Both are in working axes and internal units. The seed for a
+ * parameter consists of the initial deviation and the derivatives of the scene with respect to the
+ * parameter. The derivatives of the moments and the damping are symmetric matrices (xx, yy, zz, yz,
+ * zx, xy). Deviations do not affect the motion itself, except that short steps are enforced for
+ * strongly damped motions with deviations. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of the torque that a change of a parameter causes. With STRENGTH, the torque is
- * proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE and
- * PHASE, the torque is proportional to the derivative of g(t) with respect to this parameter of the
- * shaking. */
+/* Time dependence of the torque that results from a change of a parameter. With STRENGTH, the
+ * torque is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE,
+ * RATE and PHASE, the torque is proportional to the derivative of g(t) with respect to this
+ * parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -88,10 +89,10 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of the lever per unit of acceleration, with the acceleration in the
+/* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
  * user's units. `timing` determines how the lever varies with time. `turning`, `apex` and
- * `friction` are the derivatives of the support's angular velocity in space, of the apex, and of
- * the dry friction. */
+ * `friction` are the derivatives of the support's angular velocity in space, of the apex and of the
+ * dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -101,14 +102,14 @@ typedef struct kr_seed {
     vec_dd apex;
     double friction;
 } kr_seed;
-/* The functions of a method that propagate deviations. */
+/* The functions of a method for propagating deviations. */
 typedef struct kr_tangent_ops {
     /* Starts the tangents of a top. All methods use kr_tangents_start. */
     void (*start)(struct kr_top *top);
     /* Returns the number of doubles that n deviations need; their size is a multiple of 64
      * bytes. */
     size_t (*doubles)(int digits, size_t n);
-    /* Starts n deviations at the current state. On entry, `memory` is filled with zeros. */
+    /* Starts n deviations from the current state. On entry, `memory` is filled with zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
     /* Propagates the deviations over the last step. Returns KR_ERR_TANGENT if a deviation exceeds
      * the range of doubles. */
@@ -128,7 +129,7 @@ extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);
 
 /* Returns KR_OK if the flags of `method` permit the damping, friction and support motion of a
- * scene, else a status that gives the reason. */
+ * scene, else a code that states the reason. */
 kr_status kr_refusal_by_method(const struct kr_method *method, const kr_scene *scene);
 
 struct kr_method {
@@ -144,7 +145,7 @@ struct kr_method {
     /* Returns the number of doubles that a scene needs in addition to `work`. Checkpoints omit
      * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
-    /* Starts the motion at the state `start` (q and m; t is ignored). On failure, a method with
+    /* Starts the motion from the state `start` (q and m; t is ignored). On failure, a method with
      * dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
@@ -152,7 +153,7 @@ struct kr_method {
      * `until`. Such a method also checks that its state is finite, and leaves the motion unchanged
      * on failure. */
     kr_status (*step)(kr_motion *motion, double until);
-    /* Writes q and m at the end of the last step; q has unit norm. Does not change the motion. */
+    /* Writes q and m at the end of the last step; q has unit norm. Leaves the motion unchanged. */
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes q and m at the time `clock` within the last step. NULL: the method has no dense
      * output. */
@@ -160,20 +161,20 @@ struct kr_method {
     /* Writes q and m at n times, which need not lie within the last step. The states are bitwise
      * equal to those of `at`, but are computed faster. NULL: not available. */
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
-    /* Returns the last step as a polynomial. NULL: not available. */
+    /* Returns the last step in polynomial form. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* The propagation of deviations, for methods with KR_METHOD_TANGENTS. NULL: omitted from this
+    /* Propagation of deviations, for methods with KR_METHOD_TANGENTS. NULL if omitted from this
      * build. */
     const kr_tangent_ops *tangents;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
-     * &kr_extended. NULL: omitted from this build. */
+     * &kr_extended. NULL if omitted from this build. */
     const kr_extended_ops *extended;
-    /* Returns 1 if all counts, indices and loop bounds in `work` are in range. They may be out of
-     * range in a damaged checkpoint. NULL: `work` has no counts, indices or bounds. */
+    /* Returns 1 if all counts, indices and loop bounds in `work` are within range. They may be out
+     * of range in a damaged checkpoint. NULL if `work` has no counts, indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes the order of that kernel. May be NULL. */
+    /* Returns the name of the kernel in use, and writes its order. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 

@@ -1,11 +1,11 @@
-/* Checkpoints: saving a top to a block of memory, and loading it. A checkpoint holds the motions of
- * a top, with their work arrays, times, counts and internal units. Checkpoints contain no pointers;
- * loading a checkpoint leaves the pointers of the top unchanged. After loading, a fixed-step motion
- * continues on the same grid of times. An adaptive motion continues with the step size and order
- * that it chose last. A motion with dense output continues inside its last step. A checkpoint
- * consists of a header, the fields of KR_SAVED_TOP (top.h), the work arrays, the tangents, and the
- * state of each event search. The search states ensure that no event is reported twice or
- * missed. */
+/* Checkpoints: functions that save the state of a top to a block of memory and restore it. A
+ * checkpoint contains the motions of a top together with their work arrays, times, counts and
+ * internal units. Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the
+ * top unchanged. After a checkpoint is loaded, a fixed-step motion continues on the same time grid.
+ * An adaptive motion continues with its most recent step size and order. A motion with dense output
+ * continues within its last step. A checkpoint consists of a header, the fields of KR_SAVED_TOP
+ * (top.h), the work arrays, the tangents, and the state of each event search. The search states
+ * ensure that no event is reported twice or missed. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -30,10 +30,10 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* Number of bytes of a kr_top that a checkpoint contains. */
+/* Number of bytes of a kr_top that are stored in a checkpoint. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
-/* The saved data of an event: the state of the search, and a checksum of the event's definition. */
+/* The saved data of an event: its search state, and a checksum of its definition. */
 typedef struct event_record {
     kr_event_search own;
     uint64_t what;
@@ -53,7 +53,7 @@ static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
-/* Returns the header of a checkpoint of `top`, with the checksum still zero. */
+/* Returns the header of a checkpoint of `top`; the checksum field is left at zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {
@@ -63,8 +63,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Returns a checksum of `bytes`. Each word updates the sum by an invertible function, so a change
- * in any single word always changes the sum. */
+/* Returns a checksum of `bytes`. Each word is mixed in by an invertible function, so changing any
+ * single word always changes the checksum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -87,7 +87,7 @@ static uint64_t checksum_event(const kr_event *event)
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-/* Returns the size of a checkpoint of `top` in bytes, excluding the records of events. */
+/* Returns the size of a checkpoint of `top` in bytes, excluding the event records. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -153,7 +153,7 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
 /* Returns 1 if the `motion` and the `work` array of a checkpoint are valid for `top`. A matching
- * checksum is not sufficient, because a checksum can be forged. The function therefore checks the
+ * checksum is not sufficient, because checksums can be forged. The function therefore checks the
  * configuration and all counts, indices and loop bounds. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {

@@ -1,7 +1,7 @@
-/* Conversion between the user's units and internal units for computations with more than 16 digits.
- * See top.c for up to 16 digits. Input values are treated as exact. The attitude and the axes are
- * normalized only once, in double-double arithmetic. The working axes are the principal axes, so
- * the principal moments need no rotation. */
+/* Unit conversion for computations in extended precision (more than 16 digits). For up to 16
+ * digits, see top.c. Input values are treated as exact. The attitude and the axes are normalized
+ * only once, in double-double arithmetic. The working axes are the principal axes, so the principal
+ * moments need no rotation. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -23,9 +23,9 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     const quat_dd axes = qdd_of(top->axes);
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
-/* Returns the components of the momentum along the body axes. If `low` is NULL, each component has
- * a single rounding error, relative to that component. For a thin rod, an error relative to the
- * length of the vector would be divided by the small moment, and thus amplified. */
+/* Returns the components of the momentum along the body axes. If `low` is NULL, the error of each
+ * component is one rounding error relative to that component. For a thin rod, an error relative to
+ * the norm of the vector would be amplified by dividing it by the small moment of inertia. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

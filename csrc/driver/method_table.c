@@ -1,6 +1,6 @@
-/* The table of methods, built from methods.def. A build that includes only some methods
- * (KREISEL_METHODS) generates its own methods.def, which lists the other methods with OMITTED
- * instead of X. */
+/* The table of methods, built from methods.def. If a build includes only some methods
+ * (KREISEL_METHODS), its generated methods.def lists the other methods with OMITTED instead of
+ * X. */
 #include <string.h>
 #include "method.h"
 
@@ -17,8 +17,8 @@ static const kr_method *const method_table[] = {
 #undef X
 #undef OMITTED
 };
-/* Entries for the methods that this build omits. They have no functions. The last entry has no name
- * and marks the end of the table. */
+/* Entries for the methods that this build leaves out. They have no functions. The last entry has no
+ * name and marks the end of the table. */
 static const kr_method omitted_methods[] = {
 #define X(id)
 #define OMITTED(id)                                                                                \

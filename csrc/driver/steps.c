@@ -1,8 +1,8 @@
 /* The steps of the main motion, and recovery of the last valid state. A fixed-step motion is
- * checked for NaN and infinity, and saved, every KR_CHECK steps. No failure is missed, because a
- * state that is not finite never becomes finite again. After a failure, the steps since the last
- * save are repeated to find the last valid state. An adaptive motion is checked at every step. A
- * method with dense output checks its own steps. */
+ * checked for NaN and infinity, and saved, once every KR_CHECK steps. No failure is missed, because
+ * a non-finite state never becomes finite again. After a failure, the steps since the last save are
+ * repeated to find the last valid state. An adaptive motion is checked at every step. A method with
+ * dense output checks its own steps. */
 #include "top.h"
 
 enum {
@@ -86,7 +86,7 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the main motion is finite, saves the main motion, and checks the limits. */
+/* Checks that the main motion is finite, saves it, and checks the limits. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -134,8 +134,8 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the limits on the steps of a side motion. If a limit is exceeded, the step of the main
- * motion that contains the side motion did not meet its tolerance. */
+/* Checks the step limits of a side motion. If a limit is exceeded, the tolerance was not met in the
+ * step of the main motion that the side motion subdivides. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;

@@ -1,5 +1,5 @@
 /* Tangents in the user's frame and units: the seeds (initial deviations) of the requested columns,
- * and the conversion of the results. The method itself propagates the deviations. */
+ * and the conversion of results. The method itself propagates the deviations. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -27,13 +27,13 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The seeds of all columns of the tangents. `next` points to the next seed to be written. */
+/* The seeds of all tangent columns. `next` points to the next seed to write. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends a seed with all derivatives zero, and returns its address. */
+/* Appends a seed whose derivatives are all zero, and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -56,7 +56,7 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the symmetric matrix that projects onto principal axis i, in working axes. */
+/* Writes the symmetric matrix of the projection onto principal axis i, in working axes. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
@@ -73,7 +73,7 @@ static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Returns weight * com in working axes, converted to the internal unit of the lever. */
+/* Returns weight * com in working axes, converted to the internal unit of weight times length. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
@@ -115,7 +115,7 @@ static void seed_rotor(seed_list *to)
     for (int i = 0; i < 3; i++)
         add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
 }
-/* Appends the seeds for the motion of the support: three for the angular velocity, and three for
+/* Appends the seeds for the motion of the support: three for its angular velocity, and three for
  * the amplitude, rate and phase of the shaking. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
@@ -159,8 +159,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of the parameter of each column to `unit`, in the user's units. Each
- * entry is a power of two. */
+/* Writes to `unit`, for each column, the internal unit of its parameter in terms of the user's
+ * units. Each entry is a power of two. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -180,8 +180,8 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the frame of description. For up to 16 digits,
- * the conversion uses double precision. `axes` is the result of kr_extended_axes. */
+/* Converts a rotation vector from working axes to the frame of description. Up to 16 digits, the
+ * conversion uses double precision. `axes` is the result of kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -189,7 +189,7 @@ static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
     return top->main.digits > 16 ? qdd_turn(axes, turn)
                                  : v_dd(q_turn(top->axes, vdd_high(turn)), none);
 }
-/* Writes one column of the tangents, converted to the user's frame and units. */
+/* Writes one tangent column, converted to the user's frame and units. */
 static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                        size_t n, double *out, double *low)
 {

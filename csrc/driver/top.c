@@ -1,9 +1,9 @@
-/* A moving top in the user's frame and units: creation, requested times, and conversion of states.
- * The file steps.c handles limits, checks for NaN and infinity, interruption, and the last valid
- * state. A fixed-step method computes states at the grid points start.t + k * step. An adaptive
- * method computes states at the ends of its own steps. To find the state between two such points, a
- * second motion starts from the earlier point. The requested times therefore do not affect the
- * path. */
+/* A top in motion, in the user's frame and units: creation, requested times, and conversion of
+ * states. The file steps.c handles limits, non-finite states, interruption, and recovery of the
+ * last valid state. A fixed-step method computes states at the grid points start.t + k * step. An
+ * adaptive method computes states at the ends of its own steps. To compute the state between two
+ * such points, a second motion starts from the earlier point. The requested times therefore do not
+ * affect the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -17,12 +17,12 @@ enum {
     STATES_TOGETHER = 64     /* largest number of states that a method evaluates in one call */
 };
 
-/* Returns 1 if the motion is computed with more than 16 digits. */
+/* Returns 1 if the motion is computed in extended precision (more than 16 digits). */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its own step size. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, limited to 2^50 steps for a fixed-step method. Beyond 2^50 steps, the times of
- * two grid points may round to the same double. */
+/* Returns `horizon`, capped at the duration of 2^50 steps for a fixed-step method. Beyond 2^50
+ * steps, the times of two grid points may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -37,7 +37,7 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Sets the axes, internal units and horizon of `top` from its scene and configuration. */
+/* Sets the axes, internal units and horizon of `top` according to its scene and configuration. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -108,15 +108,15 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point at or before t, but at least the index of the current
- * grid point. */
+/* Returns the index of the last grid point at or before t, but no less than the index of the
+ * current grid point. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
     return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
-/* Computes the state at time t by a fixed-step method, in internal units. */
+/* Computes the state at time t with a fixed-step method, in internal units. */
 static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
     const int64_t point = find_grid_point(top, t);
@@ -141,7 +141,7 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
     top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
                                     top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
-/* Computes the state at time t by an adaptive method, in internal units. */
+/* Computes the state at time t with an adaptive method, in internal units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
@@ -169,7 +169,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The most frequent request is for the next grid point, which needs no further checks. */
+    /* The most common request is the next grid point, which needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -218,8 +218,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if no digits are
- * requested, so that the tolerance determines the accuracy. */
+/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if no number of
+ * digits is requested; the tolerance then determines the accuracy. */
 static int round_digits(int digits)
 {
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
@@ -264,14 +264,14 @@ static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
     return is_due_to_rotor ? KR_ERR_ROTOR : KR_ERR_METHOD;
 }
 /* Returns 0 if one of the requested derivatives is undefined because of friction. The derivative
- * with respect to the friction is undefined if the friction is 0. With friction, the derivative
- * with respect to `com` is undefined if `com` is 0. */
+ * with respect to friction is undefined at zero friction. With friction, the derivative with
+ * respect to `com` is undefined at `com` = 0. */
 static int has_tangents_of_friction(const kr_scene *scene, uint64_t tangents)
 {
     if (!(scene->friction > 0.0)) return !(tangents & KR_TANGENT_FRICTION);
     return v_largest(scene->body.com) > 0.0 || !(tangents & KR_TANGENT_COM);
 }
-/* Returns KR_OK if `method` applies to `scene` with `config`, else a status that gives the
+/* Returns KR_OK if `method` applies to `scene` with `config`, else a status code that states the
  * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
@@ -283,15 +283,14 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a rotating support, the motion depends on the heading. */
+    /* On a rotating support, the motion depends on the heading, the rotation about the vertical. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Starts a top from a scene, a method and a configuration that have been checked. `low` holds the
- * low words of the initial state, or is NULL. The work arrays of the top must already be
- * assigned. */
+/* Initializes a top from a validated scene, method and configuration. `low` holds the low words of
+ * the initial state, or is NULL. The work arrays of the top must already be assigned. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
                            const kr_method *method, const kr_config *config)
 {
@@ -317,7 +316,7 @@ static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns memory to the work array of each motion and to the tangents. The work array of the main
+/* Assigns memory to the tangents and to the work array of each motion. The work array of the main
  * motion and the tangents are aligned to 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
@@ -374,9 +373,9 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces the contents of `top` by those of `begun`, but keeps the memory of `top`. `begun` was
- * started in the memory of the side motion of `top`, or of its main motion for a method with dense
- * output. */
+/* Replaces the contents of `top` by those of `begun`, keeping the memory of `top`. `begun` was
+ * initialized in the memory of the side motion of `top`, or of its main motion for a method with
+ * dense output. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -456,10 +455,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records the states at as many of n times as possible, starting with the first, for a method that
- * evaluates many times in one call. Each of these times must lie beyond the main motion and the
- * previous time. Returns the number of recorded states. If the result is 0, the caller must use
- * record_one for the first time. Sets `status` to the status of a failed step. */
+/* Records as many of the n requested states as possible, in order, for a method that evaluates many
+ * times per call. Each of these times must lie beyond the previous time and the time of the main
+ * motion. Returns the number of recorded states. If the result is 0, the caller must use record_one
+ * for the first of the n times. Sets `status` to the error code of a failed step. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {
@@ -508,7 +507,7 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Advances by one step of an adaptive method. If the last requested time lies inside the last step,
+/* Advances by one step of an adaptive method. If the last requested time lies within the last step,
  * advances only to the end of that step. */
 static kr_status step_adaptive(kr_top *top)
 {

@@ -1,4 +1,4 @@
-/* The driver's representation of a top. Used by top.c (the user's frame and units), steps.c (steps
+/* Representation of a top in the driver. Used by top.c (the user's frame and units), steps.c (steps
  * of the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c, checkpoint.c
  * and events/. */
 #ifndef KR_TOP_H
@@ -10,7 +10,7 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Checkpoints contain the fields from here on. */
+    /* The fields from here on are stored in checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -30,7 +30,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* Checkpoints do not contain the fields from here on. */
+    /* The fields from here on are not stored in checkpoints. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -66,8 +66,8 @@ static inline void kr_event_reset_search(kr_event *event)
 }
 
 /* The format of a checkpoint on machines with 64-bit pointers: the bytes of the fields above, with
- * all pointers set to zero. The work array of the main motion follows, and then the work array of
- * the saved motion if the method uses one. Reordering the fields changes the format and the offsets
+ * all pointers set to zero. The work array of the main motion comes next, followed by that of the
+ * saved motion if the method uses one. Reordering the fields changes the format and the offsets
  * listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
@@ -88,17 +88,16 @@ static inline void kr_event_reset_search(kr_event *event)
     X(momentum_unit, 280)
 /* clang-format on */
 
-/* Returns the working axes of `top`, and the components of the inertia, com, damping and rotor
- * along these axes. */
+/* Returns the working axes of `top`, and the components of the inertia, com, damping and rotor in
+ * these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
 /* Returns the initial state `start`, converted to working axes and internal units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from working axes to the frame of description, in double-double. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Conversion between the user's units and internal units, for computations with more than 16
- * digits. */
+/* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
-    /* Sets the lever of the main motion in double-double. `moment` is the internal unit of the
+    /* Sets weight * com of the main motion in double-double. `moment` is the internal unit of the
      * moments of inertia. */
     void (*set_lever)(kr_top *top, double moment);
     /* Converts start + low to internal units. The returned momentum has components along the body
@@ -115,7 +114,7 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the horizon of `top` with `scene`, the upper bound of the times that can be requested. */
+/* Returns the horizon of `top` with `scene`: the upper bound for requested times. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
 /* Allocates a top without a scene, with memory for `method` and for the tangents of `config`.
  * Reserves `extra` further doubles. */
@@ -133,15 +132,15 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step of the main motion. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the last requested time, in working axes and internal units. */
+/* Writes the tangents at the most recently requested time, in working axes and internal units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
-/* Restarts a top with another `scene` and `config`, as if kr_top_create had been called with them.
- * `low` holds the low words of the initial state, for more than 16 digits, and may be NULL. Leaves
- * the top unchanged on failure. */
+/* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
+ * holds the low words of the initial state in extended precision, and may be NULL. Leaves the top
+ * unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
-/* Returns `step` with the sign of the direction of time: negative if `back` is nonzero. A step of
- * 0, with which the method chooses the step size, becomes -0.1 if `back` is nonzero. */
+/* Returns `step` with the sign of the time direction: negative if `back` is nonzero. If `step` is 0
+ * (the method chooses its step size) and `back` is nonzero, returns -0.1. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
@@ -151,21 +150,23 @@ static inline double kr_step_directed(double step, int back)
  * Leaves the top unchanged if the main motion has not passed the last requested time, or if the new
  * state would not be finite. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* After a failure, restores the saved motion and repeats the valid steps. Returns the status of the
- * failure. */
+/* After a failure, restores the saved motion and repeats the valid steps. Returns the status code
+ * of the failure. */
 kr_status kr_steps_recover(kr_top *top);
-/* Advances the main motion to grid point `goal` and writes the state at this point. */
+/* Advances the main motion to grid point `goal` and writes the state there. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 /* Advances by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances by one step of a method with dense output. The step may end after the time `until`. */
+/* Advances by one step of a method with dense output. The step may end later than the time
+ * `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
 /* Integrates the side motion from the state `from` for the time `span`, and writes the final state
  * to `end`. All values are in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
-/* Calls the user's poll callback, if any. Returns nonzero if the callback requests a stop. */
+/* Calls the user's poll callback, if any. Returns nonzero if the callback requests that the
+ * computation stop. */
 int kr_steps_poll(kr_top *top);
-/* Saves the main motion as the last valid one. */
+/* Saves the main motion as the last valid motion. */
 void kr_steps_save(kr_top *top);
 /* Converts the user's time t to the time since the initial state, in internal units. */
 static inline double time_since_start(const kr_top *top, double t)

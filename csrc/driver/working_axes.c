@@ -1,10 +1,11 @@
-/* Conversion of an initial state to working axes, for up to 16 digits. See extended.c for more
- * digits. */
+/* Conversion of the initial state to working axes, for up to 16 digits. For more digits, see
+ * extended.c. */
 #include "model/body.h"
 #include "top.h"
 
-/* Methods that need no special order of the axes use the principal axes as they are. The attitude
- * and the lever then have no rounding errors, so no digits of a small tilt are lost. */
+/* Methods that need no special order of the axes use the principal axes as they are. Converting the
+ * attitude and the centre of mass is then free of rounding errors, so no digits of a small tilt are
+ * lost. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -12,10 +13,10 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Converts the attitude `q` to working axes that are a permutation of the principal axes. In these
- * axes, the components of the attitude of an upright top are large, and a small tilt is a small
- * difference between them. The conversion therefore uses double-double arithmetic. Writes the low
- * words of the result to top->main.low. */
+/* Converts the attitude `q` to working axes that permute the principal axes. In these axes, the
+ * components of the attitude of an upright top are large, and a small tilt is a small difference
+ * between them. The conversion therefore uses double-double arithmetic. Writes the low words of the
+ * result to top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

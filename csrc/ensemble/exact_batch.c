@@ -1,6 +1,6 @@
-/* Evaluation of closed-form solutions for batches of tops. The states equal those of
- * kr_exact_state, except that the state at the initial time is the given initial state itself. Tops
- * with invalid times are passed to the driver, which reports the error. */
+/* Batched evaluation of closed-form solutions for many tops. The states equal those of
+ * kr_exact_state, except that the initial state is returned exactly as given. Tops with invalid
+ * times are passed on to the driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
@@ -18,8 +18,9 @@ static double lower_bound_of_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the times of a top are monotonic from its initial time, lie within the horizon, and
- * number at most config->max_steps. For a closed-form solution, each time counts as one step. */
+/* Returns 1 if the times of a top are monotonic from its initial time on, lie within the horizon,
+ * and number at most config->max_steps. For a closed-form solution, each time counts as one
+ * step. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -35,7 +36,8 @@ static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
     }
     return plain;
 }
-/* Stores the states of a top up to the first invalid state. Returns the number of stored states. */
+/* Stores the states of a top, stopping before the first invalid state. Returns the number of stored
+ * states. */
 static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
                            kr_state states[])
 {
@@ -48,7 +50,7 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     }
     return k;
 }
-/* Records the status of a top and the number of its steps. */
+/* Records the status and step count of a top. */
 static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
                        kr_status status)
 {
@@ -82,7 +84,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Processes the states of a top that are already in the output array. */
+/* Processes the states of a top that have already been written to the output array. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

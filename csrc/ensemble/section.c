@@ -1,8 +1,9 @@
-/* Sections of many tops: the states at which an event occurs, for each top. The lanes can detect an
- * event if its function is linear in the body-frame components of the vertical and the angular
- * velocity. An example is the height of the apex. A lane stops after a step in which the event
- * function may have changed sign. The functions below then search that step. For all other events,
- * each top is integrated and searched separately (events/event_search.c). */
+/* Sections of many tops: the states of each top at which an event occurs. The vectorized code can
+ * detect an event if its function is linear in the body-frame components of the vertical and the
+ * angular velocity. An example of such a function is the height of the centre of mass. A lane (one
+ * top per vector element) stops after a step in which its event function may have changed sign. The
+ * functions below then search this step. For all other events, each top is integrated and searched
+ * individually (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -49,7 +50,7 @@ int kr_section_set_goal(kr_worker *worker, int lane)
     return 1;
 }
 
-/* Returns 1 if the condition of the event holds at the state `s`. */
+/* Returns 1 if the state `s` satisfies the condition of the event. */
 static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot,
                                      const kr_state *s)
 {
@@ -58,7 +59,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a lane in which no event occurred within the maximum waiting time. */
+/* Completes a lane in which no event occurred within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -70,8 +71,9 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event in the last step of a lane. `place` is the position of the event
- * within the step, from 0 to 1. Returns 1 if the search of this step should continue. */
+/* Stores the state at an event that occurs in the last step of a lane. `place` is the relative
+ * position of the event within the step, from 0 to 1. Returns 1 if the search of this step should
+ * continue. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -10,7 +10,7 @@
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
-/* A top in a lane or in a scalar run. */
+/* A top in a lane (vector element) or in a scalar run. */
 typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
@@ -39,15 +39,16 @@ struct kr_worker {
     double memory[];
 };
 
-/* Writes a state of the top in `slot`, adds this state to the accumulators, and counts it. */
+/* Writes a state of the top in `slot`, adds it to the accumulators, and counts it. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
-/* Returns 1 if each lane has a tangent. */
+/* Returns 1 if a tangent is propagated in each lane. */
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Writes the growth of the tangent of a lane at the next requested time, or zeros if `row` is
  * NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome and the reductions of a top, and NaN after the last valid state. */
+/* Writes the outcome and the reductions of a top, and fills the output after the last valid state
+ * with NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators of scalar runs. */
@@ -55,11 +56,12 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
-/* Integrates top i outside of the lanes, in the memory of `top`. */
+/* Integrates top i with the scalar code, in the memory of `top`. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the config for top i. The sign of the step is set by the last time of the top. */
+/* Returns the configuration for top i. The sign of the step follows from the last time of the
+ * top. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
-/* Integrates all tops to their times, or to their events. */
+/* Integrates all tops up to their requested times or events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
 /* Returns the times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
@@ -67,25 +69,25 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
 }
 
-/* Computes the states of those tops that have a closed form, among the n tops from index `from`; n
- * is at most KR_BATCH. Writes the status of kr_exact_plan for each of the n tops. */
+/* For n tops from index `from`, computes the states of those that have a closed form; n is at most
+ * KR_BATCH. Writes the status of kr_exact_plan for each of the n tops. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
-/* Chooses the instruction set, order and tolerance of the lanes from the config. */
+/* Chooses the instruction set, order and tolerance of the lanes from the configuration. */
 void kr_scheduler_configure(kr_worker *worker);
 /* Replaces the kernel, order and tolerance of the lanes, for tests and measurements. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
-/* Loads top i into a lane. Until a lane is free, advances the tops in the lanes. */
+/* Loads top i into a lane. Advances the tops in the lanes until a lane is free. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances all tops in lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);
-/* Returns the state of a lane at time t, which must lie in the last step of this lane. */
+/* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats it by a scalar run from the start, which reports the
- * error. */
+/* Removes a top from its lane and repeats its motion from the start by a scalar run, which reports
+ * the error. */
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
 /* Writes the outcome of the top in a lane and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
@@ -100,24 +102,24 @@ static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker,
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 
-/* Returns the longest time to wait for the next event of top i in a section; 0 if there are no
+/* Returns the maximum waiting time for the next event of top i in a section, or 0 if there are no
  * times. */
 static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Returns 1 if lanes can detect the event of the current section. */
+/* Returns 1 if the vectorized code can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Sets the event of a lane, in the units of a step whose unit of frequency is `rate`, along axes
- * shifted cyclically by `shift`. */
+/* Sets the event of a lane in the units of a step with unit of frequency `rate`, along axes shifted
+ * cyclically by `shift`. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
-/* Sets the goal of a lane to the latest time of the next event. Returns 0 and frees the lane if
- * there is no further event to search. */
+/* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
+ * lane if there are no more events to search for. */
 int kr_section_set_goal(kr_worker *worker, int lane);
 /* Stores the events in the last step of a lane, and frees the lane if its top is done. */
 void kr_section_search(kr_worker *worker, int lane);
-/* Advances a started top from event to event and stores the states. */
+/* Advances a top that has been started from event to event, storing the states. */
 kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators);
 #endif

@@ -1,10 +1,11 @@
-/* Event functions as polynomials over a step. An event function is a sum of products of two
- * components of the state. The products are Cauchy products of the Taylor coefficients of the step.
- * Components along body axes are linear in the attitude q, the vertical P or the angular velocity
- * W. For components along a unit vector e in space, with a vector v in the body frame,
+/* Event functions expressed as polynomials over a step. An event function is a sum of products of
+ * two state components. Each product is the Cauchy product of the Taylor series of two components
+ * over the step. Components along body axes are linear in the attitude q, the vertical P or the
+ * angular velocity W. For components along a unit vector e in space, with a vector v in the body
+ * frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * All numbers are in the units of the step. The units are powers of two such that every component
- * has magnitude at most one. */
+ * All numbers are in the units of the step. The units are powers of two chosen such that every
+ * component has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
@@ -14,8 +15,8 @@
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* The polynomial of a step, truncated to some order. The members are named as in
- * kr_step_polynomial. Each function named add_... adds its result to the coefficients c. */
+/* The polynomial of a step, truncated at a given order. The members are named as in
+ * kr_step_polynomial. Functions named add_... add their result to the coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -26,7 +27,7 @@ typedef struct step_view {
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
 /* Returns the unit of a component, a power of two. The first letter of the dimension distinguishes
- * momenta, rates and dimensionless components. */
+ * angular momenta, rates and dimensionless components. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -49,7 +50,7 @@ static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
-/* Adds the product of two series to c. */
+/* Adds the product of two power series to c. */
 static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
 {
     if (v->order > 1)
@@ -58,19 +59,19 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds the linear combination of the components of the attitude with the coefficients `weight`. */
+/* Adds the linear combination, with coefficients `weight`, of the components of the attitude. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
-/* Adds the linear combination of the body-frame components of the vertical with the coefficients
- * `weight`. */
+/* Adds the linear combination, with coefficients `weight`, of the body-frame components of the
+ * vertical. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
-/* Adds the linear combination of the body-frame components of the angular velocity with the
- * coefficients `weight`. */
+/* Adds the linear combination, with coefficients `weight`, of the body-frame components of the
+ * angular velocity. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
@@ -89,13 +90,13 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Sets the elements of `s` before and after the coefficients to 0. */
+/* Zeroes the elements of `s` before and after the coefficients. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* Stores the components of q as the n-th coefficients of four series. */
+/* Stores the components of q as the n-th coefficients of four power series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -110,7 +111,7 @@ static kr_quat multiply_by_axis(int axis, kr_quat q)
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component along a space axis (0, 1 or 2) of the body-fixed vector `body`. */
+/* Adds the component of the body-fixed vector `body` along a space axis (0, 1 or 2). */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -122,7 +123,7 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor * <m, e> for a space axis e. The series is that of <e q, q M>, where M is the
+/* Adds factor * <m, e> for a space axis e. The power series is that of <e q, q M>, where M is the
  * momentum in the body frame. The formula also holds for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
@@ -167,7 +168,7 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor times the component of q with index `axis`. Each quantity with KR_QUANTITY_IN_EVENTS
+/* Adds factor times the component of q at index `axis`. Every quantity with KR_QUANTITY_IN_EVENTS
  * needs a function of this form. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
@@ -205,8 +206,8 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor * <U, along>, where U is the angular velocity relative to the support, and `along` is
- * a body-fixed vector. */
+/* Adds factor * <U, along>, where U is the angular velocity relative to the support and `along` is
+ * fixed in the body. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -237,7 +238,7 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_relative_velocity(v, factor, v->top->apex, c);
 }
-/* Adds factor times the component with index `number`. The table needs an entry for each quantity
+/* Adds factor times the component at index `number`. The table needs an entry for each quantity
  * with KR_QUANTITY_IN_EVENTS. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
@@ -257,15 +258,15 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound of the magnitude of a component, in the unit of the component. The unit of
- * rates is chosen for rotations about the axis of the smallest moment. For a thin body, the energy
- * permits only much slower rotations about the other axes. */
+/* Returns an upper bound on the magnitude of a component, in the unit of the component. The unit of
+ * rates is based on rotation about the axis of the smallest moment of inertia. For a thin body, the
+ * energy permits only much slower rotation about the other axes. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* On a moving support, energy is not conserved and gives no such bound. */
+    /* On a moving support, energy is not conserved and therefore provides no such bound. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
@@ -294,7 +295,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` up to, but not including, `end`. All these terms have the same first
+/* Adds the terms from `t` up to `end`, exclusive. All of these terms have the same first
  * component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
@@ -305,8 +306,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Writes the event function g as a power series in tau. Terms with the same first component share
- * one product. */
+/* Writes the event function g as a power series in tau. Terms with the same first component share a
+ * single product. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -324,7 +325,7 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the leading Taylor coefficients of g at the end of the step, which is where the next step
+/* Writes the leading Taylor coefficients of g at the end of the step, where the next step
  * begins. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
@@ -370,8 +371,8 @@ int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
     if (p->held != 0.0 && is_stop(e)) {
-        /* While friction holds the top, its spin is 0. The value stored here has the opposite sign
-         * to the spin before the stop, so that the stop is found as an event. */
+        /* While friction prevents the top from spinning, its spin is 0. The value stored here has
+         * the opposite sign to the spin before the stop, so that the stop is found as an event. */
         c[0] = -p->held * term_factor(top, p->rate, e->terms);
         return 0;
     }

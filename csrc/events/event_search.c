@@ -1,14 +1,13 @@
-/* Advancing a top from event to event. Each step is first computed as if there were no events, and
- * is then searched for events. Events therefore never change the path. Each event stores the next
- * sign change of its function in the last step. Once the top has passed this sign change, the
- * search continues from there. */
+/* Functions that advance a top from event to event. Each step is first computed as if there were no
+ * events, and then searched for events. Events therefore never change the path. Each event stores
+ * the next sign change of its function within the last step. Once the top has passed this sign
+ * change, the search resumes from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
 /* Converts `clock`, a time within the last step in internal units, to the user's time. If rounding
- * moves the result out of the step, returns the adjacent double within the step, if there is
- * one. */
+ * places the result outside the step, returns the adjacent double inside it, if there is one. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -21,8 +20,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sum of the terms can be searched for sign changes along the motion of this
- * top. */
+/* Returns 1 if the sign changes of this sum of terms can be found along the motion of this top. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -38,7 +36,7 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-/* Returns 1 if all `events` can be searched along the motion of this top. */
+/* Returns 1 if all `events` can be found along the motion of this top. */
 static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -65,7 +63,7 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
 }
 
 /* Finds the next sign change of an event function in the last step, after the position own->mark.
- * Sets own->sign to 0 if there is none. */
+ * Sets own->sign to 0 if there is no further sign change. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {

@@ -1,12 +1,12 @@
-/* Search for all sign changes of a polynomial. In the Bernstein basis, the coefficients of a
- * polynomial bound its values, and their differences bound its slope. If all coefficients on an
- * interval have the same sign, the interval contains no root. If all differences have the same
- * sign, the interval contains no extremum. Any other interval is bisected (de Casteljau; Lane and
- * Riesenfeld 1981) until the values cannot be distinguished from zero. A value has a definite sign
- * only if its magnitude exceeds the rounding noise. If the polynomial stays below the noise between
- * two roots, the roots are treated as a double root, and no sign change is reported. A root at the
- * common point of two steps is found exactly once, because the last sign of one step is carried
- * over to the next. */
+/* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
+ * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
+ * on an interval have the same sign, there is no root in the interval. If all differences have the
+ * same sign, there is no extremum in the interval. Any other interval is bisected (de Casteljau;
+ * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value
+ * is definite only if its magnitude exceeds the rounding noise. If the polynomial stays below the
+ * noise level between two roots, they are treated as a double root, and no sign change is reported.
+ * A root at the boundary of two steps is found exactly once, because the last sign is carried over
+ * to the next step. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
@@ -24,7 +24,7 @@ static double evaluate(const double *c, int degree, double s)
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
     return p;
 }
-/* Returns the value of the polynomial at s, and writes the derivative there to `slope`. */
+/* Returns the value of the polynomial at s, and stores its derivative in `slope`. */
 static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
 {
     double p = c[degree], d = 0.0;
@@ -35,8 +35,9 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high`, found by Newton's method. If a Newton step would leave
- * the interval, the interval is bisected instead. At `low`, the polynomial has the sign r->side. */
+/* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
+ * leave the interval, the interval is bisected instead. The polynomial has the sign r->side at
+ * `low`. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -53,7 +54,7 @@ static double refine(const kr_sign_search *r, double low, double high)
     }
     return s;
 }
-/* Records the sign of the value p at s, and returns 1 if the sign has definitely changed since the
+/* Records the sign of the value p at s, and returns 1 if the sign has definitely changed since
  * position r->mark. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
@@ -64,8 +65,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval decides whether the sign changes in the
- * interval. The value decides if the polynomial has a constant sign, is monotonic, or is zero up to
+/* Returns 1 if the value at the end of the interval shows whether the sign changes within the
+ * interval. This is the case if the polynomial has constant sign, is monotonic, or is zero up to
  * rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
@@ -117,9 +118,9 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Truncates the polynomial as long as the slopes of the omitted terms are negligible. The error is
- * at most the sum of the magnitudes of the omitted terms. If the search of the truncated polynomial
- * is undecided, it is repeated with all terms. */
+/* Truncates the polynomial as long as the omitted terms contribute negligibly to its slope. The
+ * truncation error is at most the sum of the magnitudes of the omitted terms. If the search of the
+ * truncated polynomial is inconclusive, it is repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -1,9 +1,9 @@
-/* Conversion of a user's scene to the axes and units of the closed-form solution, for Kowalewski
- * and Goryachev-Chaplygin tops. The bodies of these tops have two equal moments. The distinct axis
- * is the principal axis of the remaining moment, and the centre of mass lies in the plane
- * perpendicular to this axis. Axis 3 of the closed-form solution is the distinct axis. Axis 1 is
- * the direction of the centre of mass, times `side` and the sign of gravity. The units are such
- * that mass * |gravity| * |com| = 1.
+/* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
+ * Goryachev-Chaplygin tops. The bodies of these tops have two equal principal moments of inertia.
+ * The distinct axis is the principal axis of the third moment, and the centre of mass lies in the
+ * plane perpendicular to it. Axis 3 of the closed-form solution is the distinct axis. Axis 1 points
+ * along the centre of mass, times `side` and the sign of gravity. The units are such that mass *
+ * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
@@ -12,7 +12,7 @@
 #include "single.h"
 #include "torus.h"
 
-/* The distinct axis of a body, and the direction and distance of the centre of mass. */
+/* The distinct axis of a body, and the direction and distance of its centre of mass. */
 typedef struct across_body {
     int distinct;
     double com[2];  /* components along the two other axes, divided by a power of two */
@@ -50,7 +50,7 @@ static across_body body_of(const kr_body *b, kr_vec3 com, double side)
     r.s = dd_div(dd_of(side * r.com[1]), r.reach);
     return r;
 }
-/* Returns the rotation about the third axis by the angle whose cosine and sine are c and s. */
+/* Returns the rotation about the third axis by the angle with cosine c and sine s. */
 static kr_quat turn_about_third(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
@@ -67,7 +67,7 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Converts a checked scene to the axes and units of the closed-form solution. The unit of the
+/* Converts a validated scene to the axes and units of the closed-form solution. The unit of the
  * moments is `factor`, a power of two, times the moment about the distinct axis. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
@@ -103,7 +103,7 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Initializes a plan in the axes and units of the closed-form solution, with initial time 0. */
+/* Initializes a plan in the axes and units of the closed-form solution, with initial time zero. */
 static void begin_torus(kr_torus *torus)
 {
     memset(torus, 0, sizeof *torus);
@@ -125,8 +125,8 @@ static void torus_to_user(kr_torus *torus, const across_way *way, double start, 
     torus->momentum = own ? way->own_momentum : way->momentum;
     torus->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns KR_OK if the scene is an undamped top of this kind under gravity, else KR_ERR_METHOD.
- * Returns another status if the scene is invalid. */
+/* Returns KR_OK if the scene describes an undamped top of this kind under gravity, else
+ * KR_ERR_METHOD. Returns a different error code if the scene is invalid. */
 static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
 {
     const kr_status status = kr_scene_check(scene);
@@ -136,9 +136,9 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative deviation of a body from the conditions of the closed-form solution.
- * The two equal moments should be `ratio` times the third. The centre of mass should lie in the
- * plane perpendicular to the third axis. */
+/* Returns the largest relative deviation of a body from the conditions for the closed-form
+ * solution. The two equal moments should be `ratio` times the third. The centre of mass should lie
+ * in the plane perpendicular to the third axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

@@ -1,14 +1,14 @@
-/* Evaluation of a closed-form solution at many times, in blocks whose loops compilers can
- * vectorize. This file is compiled once for each instruction set, with loop vectorization and with
- * options such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
+/* Evaluates a closed-form solution at many times, in blocks whose loops compilers can vectorize.
+ * This file is compiled once for each instruction set, with loop vectorization and with options
+ * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block, with one array for each component of the states. The block size is chosen
- * so that a block fits in the first-level cache. */
+/* The states of a block, with a separate array for each component. The block size is chosen such
+ * that a block fits into the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -38,7 +38,7 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. Bypassing the cache is faster if the states do not fit in it,
+/* `stream` bypasses the cache. If the states do not fit in the cache, bypassing it is faster,
  * because ordinary stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
@@ -62,11 +62,12 @@ INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out
 INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* Computes the states of a block. The number of states is rounded up to a multiple of eight, so
- * that no remainder loop is needed. */
+/* Computes the states of a block. The number of states is rounded up to a multiple of eight to
+ * avoid a remainder loop. */
 static void states(const kr_exact_form *exact, batch *b, int count)
 {
-    /* The compiler can keep a local copy in registers, because no store can change it. */
+    /* The compiler can keep a local copy in registers, because no store through a pointer can
+     * modify it. */
     const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
     if (e.curve == LAGRANGE)
@@ -79,8 +80,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Replaces the states at times beyond the range of the kernel. Most blocks contain no such times. A
- * branch-free loop first checks whether the block contains any. */
+/* Recomputes the states at times beyond the range of the kernel. Most blocks contain no such times.
+ * A branch-free loop first checks whether there are any in the block. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,22 +1,22 @@
-/* Set-up of closed-form solutions for many tops. Heavy tops are processed in lanes, with results
- * bitwise equal to those for a single top (lane_types.h). All other tops are processed one by one:
- * free bodies, tops at rest in a vertical position, and invalid scenes. This file is compiled once
- * for each instruction set. */
+/* Set-up of closed-form solutions for many tops at once. Heavy tops are processed in vector lanes;
+ * the results are bitwise identical to those for a single top (lane_types.h). All other tops are
+ * processed one by one: free bodies, tops at rest in a vertical position, and invalid scenes. This
+ * file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* With more than FEW_TIMES requested times, the states of each top are evaluated separately. GROUPS
- * vectors of tops are set up together. */
+/* If more than FEW_TIMES times are requested, the states of each top are evaluated separately.
+ * GROUPS is the number of vectors of tops that are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed-form solution without its frame. The frame follows them in
- * kr_exact_form. */
+/* Number of doubles in a closed-form solution without its frame. In kr_exact_form, they are
+ * followed by the frame. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
-/* Data that are common to tops with the same body and gravity. */
+/* Data shared by tops with the same body and gravity. */
 typedef struct body_data {
     kr_body body;
     int fits; /* 1 if lanes can handle the body */
@@ -34,8 +34,8 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* Indices of the inputs of a lane: moments, attitude, momentum, body axes, working axes, factors of
- * the lever, units, and initial time. */
+/* Indices of the inputs of a lane: moments, attitude, momentum, body axes, working axes, components
+ * of weight * com, units, and initial time. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -50,7 +50,7 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* A queue of tops, which are set up together when GROUPS vectors are full. */
+/* A queue of tops, which are set up together once GROUPS vectors are full. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];
@@ -59,7 +59,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Computes the data that depend only on the body. */
+/* Computes the data that depend on the body alone. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -82,7 +82,7 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->framed[0] = known->framed[1] = 0;
 }
 /* Writes the frame (frame.h) for a top with this body. If `below` is nonzero, the closed-form
- * solution describes the top with up and down exchanged. Returns 0 if no frame is needed. */
+ * solution describes the top with up and down interchanged. Returns 0 if no frame is needed. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -111,7 +111,7 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Computes the data that depend only on the body and the gravity. */
+/* Computes the data that depend only on the body and on gravity. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -121,12 +121,12 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Guesses whether u3 is the isolated root, which lone_root returns. The guess uses the cubic in u
+/* Predicts whether the isolated root, which lone_root returns, is u3. The guess uses the cubic in u
  * of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same guess are set up together, so that few vectors need both branches of the
- * set-up. The results do not depend on the guess. `lever` is in internal units; m is in the user's
- * units except for the unit of time. */
+ * Tops with the same prediction are set up together, so that few vectors need both branches of the
+ * set-up. The results do not depend on the prediction. `lever` is in internal units; m is in the
+ * user's units except for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -148,7 +148,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Larger exponents may give powers of two beyond the range of doubles. */
+    /* Larger exponents could give powers of two outside the range of doubles. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -162,7 +162,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     w->index[w->count++] = index;
     return 1;
 }
-/* The lanes of one group. */
+/* The lanes of a group. */
 typedef struct group {
     const batch_queue *all;
     int first; /* index of the group's first top in the queue */
@@ -170,8 +170,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by the rotations of axes whose inputs begin at index `axes`. A lane in
- * which this rotation is the identity is left bitwise unchanged. */
+/* Multiplies the attitudes by the axis rotations whose inputs begin at index `axes`. Lanes in which
+ * this rotation is the identity remain bitwise unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -209,7 +209,7 @@ INLINE exact_top read_lanes(group w)
     return top;
 }
 /* Returns the mask of the lanes with gravity that lagrange_moving can set up. In these lanes, the
- * axis is tilted enough or moves fast enough that kr_exact_resolves also returns 1. */
+ * axis is sufficiently tilted or moves sufficiently fast that kr_exact_resolves also returns 1. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -219,8 +219,8 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* The outcome of a group, with one bit for each lane. `alone` marks tops that must be set up one by
- * one. `refused` marks tops with a rate beyond the range of doubles. */
+/* The outcome for a group, with one bit per lane. `alone` marks tops that must be set up
+ * individually. `refused` marks tops with a rate that exceeds the range of doubles. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -254,7 +254,7 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request, and the functions that process a single top. */
+/* A request, and the functions that process individual tops. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
@@ -281,7 +281,7 @@ static const double *times_of(const kr_exact_request *request, size_t index)
 {
     return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the state of each lane at the time of that lane, before the frame is applied. */
+/* Returns the state of each lane at its own time, before the frame is applied. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);

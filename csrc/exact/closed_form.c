@@ -1,13 +1,14 @@
-/* The closed-form solution for a scene: set-up, states at single times, and turning points. This
- * file is compiled once for each instruction set, because double-double products are three times as
- * fast with fused multiply-add. */
+/* The closed-form solution for a scene: set-up, states at individual times, and turning points.
+ * This file is compiled once for each instruction set, because double-double products are three
+ * times faster with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed-form solution for a Lagrange top, in internal units. An axial rotor only adds
- * a constant rate to the rotation about the axis. `half_turn` is half of this rate. */
+/* Returns the closed-form solution for a Lagrange top, in internal units. A rotor along the
+ * symmetry axis only adds a constant rate to the rotation about this axis. `half_turn` is half of
+ * this rate. */
 static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
 {
     const int below = top->lever.hi < 0.0;
@@ -32,7 +33,7 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
     return s.exact;
 }
 /* Sets up the closed-form solution for a user's scene. If `own` is nonzero, the solution remains in
- * working axes and internal units, with initial time 0. */
+ * working axes and internal units, with initial time zero. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;
@@ -46,7 +47,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     kr_exact_form made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own, top.half_turn)
                                                  : lagrange_closed_form(&top.own, top.half_turn);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* Rates may exceed the range of doubles if the moments are extreme. */
+    /* If the moments are extreme, rates may exceed the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     memcpy(exact, &made, sizeof made);
     return KR_OK;

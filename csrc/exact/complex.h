@@ -1,6 +1,6 @@
-/* Complex numbers of doubles (cx_) and of double-doubles (cdd_), passed by value. The complex types
- * of C are not used, because not every C compiler supports them. Square roots are principal values,
- * with nonnegative real part. */
+/* Complex numbers of doubles (cx_) and of double-doubles (cdd_), passed by value. C's complex types
+ * are not used, because not every C compiler supports them. Square roots are principal values, with
+ * nonnegative real part. */
 #ifndef KR_EXACT_COMPLEX_H
 #define KR_EXACT_COMPLEX_H
 #include "math/dd.h"

@@ -1,5 +1,5 @@
-/* The public functions of the closed form. Each function calls the code of the widest instruction
- * set that this processor has. */
+/* The public functions for closed-form solutions. Each function calls the code for the widest
+ * instruction set that this processor supports. */
 #include <math.h>
 #include <string.h>
 #include "dispatch.h"
@@ -18,8 +18,8 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the widest instruction set in the table that this processor supports. Every processor
- * supports the last one. */
+/* Returns the widest instruction set in the table that this processor supports. The last entry runs
+ * on every processor. */
 static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
@@ -43,7 +43,7 @@ void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[],
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
 }
-/* Returns the members of a user's closed form. See layout.h for the rules of aliasing. */
+/* Returns the members of the user's closed-form solution. For the aliasing rules, see layout.h. */
 static const kr_exact_form *form_of(const kr_exact *exact)
 {
     return (const kr_exact_form *)(const void *)exact;
@@ -76,7 +76,7 @@ double kr_turning_potential(const kr_turning *turning, double nutation)
     return across * across / (8.0 * r.inertia) + r.axial_energy + r.lever * cos(nutation);
 }
 /* States of the Bobenko-Suris map are evaluated one at a time, so vectors wider than those of AVX2
- * would not be faster. */
+ * would bring no gain. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_WITH_AVX2
@@ -93,7 +93,8 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state((const kr_exact_map_form *)(const void *)map, k);
 }
-/* Batches have a separate table, so that programs that compute single tops do not link them. */
+/* Batches have a separate table, so programs that compute only single tops do not link the batch
+ * code. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
@@ -108,7 +109,7 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-/* Processes a request without batches. */
+/* Processes a request without using batches. */
 static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
 {
     for (size_t i = 0; i < request->n; i++) {

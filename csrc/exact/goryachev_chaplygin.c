@@ -1,11 +1,11 @@
 /* Set-up of the closed-form solution for a Goryachev-Chaplygin top. This file is compiled once for
- * each instruction set, because double-double products are three times as fast with fused
+ * each instruction set, because double-double products are three times faster with fused
  * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
 
-/* A plan, with the intermediate results of the set-up. */
+/* A plan under construction, with intermediate results of the set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
     chaplygin_curve curve;
@@ -75,9 +75,9 @@ static void equalise_series(kr_angle_series angle[2])
             while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
     }
 }
-/* Returns half of the initial angle on an arc [turns], and writes the value of the time series at
- * this angle. Sets the signs of the series c and s. The variable u decreases while x increases from
- * 0 to pi. */
+/* Returns half the initial angle on an arc [turns], and writes the value of the time series at this
+ * angle. Sets the signs of the series c and s. The variable u decreases while x increases from 0 to
+ * pi. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -96,8 +96,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the bound of the slip, and the numbers of terms and the tolerance for Newton's method. The
- * minimum of dt/d tau is the minimum of |m|, which is the distance between the two arcs. */
+/* Sets the bound on the slip, and the term counts and tolerance for Newton's method. The minimum of
+ * dt/d tau is the minimum of |m|, which is the distance between the two arcs. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -141,8 +141,8 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
         phase_start(&plan->torus.turn[j],
                     dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
-/* Returns 1 if, up to rounding errors, the top swings or circles in a plane that contains the third
- * axis or is perpendicular to it. */
+/* Returns 1 if, up to rounding errors, the top moves in a plane that contains the third axis or is
+ * perpendicular to it. */
 static int is_planar(const chaplygin_top *y)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
@@ -150,8 +150,7 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the specific reason why a degenerate motion is refused, or `refusal` if there is no
- * specific reason. */
+/* Returns the specific reason for refusing a degenerate motion, or `refusal` if there is none. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
                                         kr_chaplygin_refusal refusal)
 {
@@ -172,7 +171,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    /* If G is zero, two branch points coincide, and a neighbouring motion is used instead. The two
+    /* If G is zero, two branch points coincide; a neighbouring motion is then used instead. The two
      * motions differ by less than rounding errors, unless the motion is planar and unstable. */
     if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
     if (o->G.hi < least) o->G = dd_of(least);
@@ -198,7 +197,8 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     set_start(plan, half, time);
     return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
 }
-/* Sets the initial heading from the initial attitude `q`. The frame of the plan is not yet set. */
+/* Sets the initial heading from the initial attitude `q`. The frame of the plan has not been set
+ * yet. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, dd_of(0.0)),
@@ -214,7 +214,7 @@ static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 }
 enum { SERIES_ORDER = 12 };
 
-/* Writes the Taylor coefficients of L and e3 in time. */
+/* Writes the Taylor coefficients of L and e3 with respect to time. */
 static void expand_top(const chaplygin_top *y, dd c[6][SERIES_ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = i < 3 ? y->L[i] : y->g[i - 3];
@@ -257,8 +257,8 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns the largest error of a plan in internal units. The attitude is checked at the initial
- * time. The vertical e3, the momentum and the increase of the heading are checked a short time
+/* Returns the largest error of a plan, in internal units. The attitude is checked at the initial
+ * time only. The vertical e3, the momentum and the increase of the heading are checked a short time
  * later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
@@ -285,10 +285,10 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns the certificate of a plan. The certificate is the largest of the truncation error, the
- * error of a state near the initial time, and the rounding error of the heading. The rounding error
- * of the heading is that of its mean rate, divided by the rate of an angle. The rates of the angles
- * are small if the momentum is small. */
+/* Returns the error certificate of a plan. The certificate is the maximum of the truncation error,
+ * the error of a state near the initial time, and the rounding error of the heading. The rounding
+ * error of the heading is that of its mean rate, divided by the rate of one of the angles. The
+ * rates of the angles are small if the momentum is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {
@@ -307,8 +307,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
 }
-/* Converts a checked scene to the axes and units of the closed-form solution. The vertical
- * component of the momentum is treated as zero. */
+/* Converts a validated scene to the axes and units of the closed-form solution. The vertical
+ * component of the momentum is set to zero. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {

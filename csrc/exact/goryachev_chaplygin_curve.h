@@ -1,4 +1,4 @@
-/* The curve of a Goryachev-Chaplygin top, its two arcs, and averages over the arcs, in
+/* The curve of a Goryachev-Chaplygin top, its two arcs, and averages over these arcs, in
  * double-double.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
@@ -11,8 +11,8 @@
  * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
  * Chaplygin, 1901). On an arc
  *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
- * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. Averages by the
- * trapezoidal rule therefore converge exponentially.
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. The trapezoidal rule for
+ * averages therefore converges exponentially.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_CURVE_H
@@ -45,7 +45,7 @@ typedef struct chaplygin_arc {
     double sine[2][GRID]; /* sine series of the integrals of P and |u| P minus their averages */
 } chaplygin_arc;
 
-/* Finds the roots of 2 u^3 - h u - G/2. The largest root is found first, by Newton's method from
+/* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
  * above, where the cubic is convex. Returns the discriminant of the other two roots, divided by the
  * square of the largest root. */
 static double find_cubic_roots(dd h, dd G, dd root[3])
@@ -102,8 +102,8 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between two neighbouring real roots. `low` is the index of the lower root in
- * ascending order. The scaling is chosen so that the neighbouring roots are as far from the arc as
+/* Sets up the arc between two adjacent real roots. `low` is the index of the lower root when sorted
+ * in ascending order. The scaling is chosen such that the adjacent roots are as far from the arc as
  * possible on the projective real line. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
@@ -153,9 +153,8 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
-/* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), which are the square roots of |p+|/2 and
- * |p-|/2. s and c are the sine and cosine of x/2. Both square roots are positive between x = 0 and
- * pi. */
+/* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), the square roots of |p+|/2 and |p-|/2. s and c
+ * are the sine and cosine of x/2. Both square roots are positive for 0 < x < pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -178,7 +177,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* Samples of the integrands on one arc, and their sums. */
+/* Samples of the integrands on an arc, and their sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -194,9 +193,10 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     out->v[1][i] = dd_mul(out->v[0][i], size);
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
-/* Averages the integrands over an arc. The number of intervals is doubled until each average
- * changes by at most the rounding error of a double. The relative error of the last average is then
- * about the square of this change. Returns 0 if GRID intervals do not suffice. */
+/* Computes the averages of the integrands over an arc. The number of intervals is doubled until no
+ * average changes by more than the rounding error of a double. The relative error of the last
+ * average is then about the square of this change. Returns 0 if GRID intervals are not
+ * sufficient. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {
@@ -223,7 +223,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the value of one of the sine series of an arc. `which` is the index of the series. */
+/* Returns the value of one sine series of an arc. `which` is the index of this series. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

@@ -1,14 +1,14 @@
-/* The Fourier series of a Goryachev-Chaplygin top: series in each angle, and the series of the
- * heading in both angles. The angles grow at constant rates with respect to tau. Functions of an
- * angle are sampled at the multiples of pi/M from 0 to pi. Each function is even or odd about 0,
- * and even or odd about pi. Each series therefore contains only sines or only cosines, either of k
- * or of k + 1/2 times the angle, for integers k.
+/* The Fourier series for a Goryachev-Chaplygin top: series in each angle, and the two-angle series
+ * of the heading. The angles grow at constant rates with respect to tau. Functions of an angle are
+ * sampled at the multiples of pi/M between 0 and pi. Each function is even or odd about 0, and even
+ * or odd about pi. Each series therefore contains only sines or only cosines, either of k or of k +
+ * 1/2 times the angle.
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
  * term divides it by its frequency, a sum or difference of multiples of the two rates. If the
- * quotient would be large, the term is integrated from the initial time instead (kr_slow_term). The
- * error of this integral grows by one rounding error of the coefficient for each radian of the
- * heading. This growth is smaller than the effect of rounding errors in the initial state.
+ * quotient would be large, the term is instead integrated from the initial time (kr_slow_term). For
+ * each radian of the heading, the error of this integral grows by one rounding error of the
+ * coefficient. This growth is smaller than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -20,7 +20,7 @@ enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
 /* Largest number of samples of the rate of the heading: 512 by 512 intervals, or 256 by 1024. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
-/* Intermediate results of the set-up of the series. */
+/* Intermediate results of setting up the series. */
 typedef struct series_work {
     cosine_table table;
     arc_samples samples;
@@ -67,10 +67,10 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             }
         }
 }
-/* Replaces M + 1 samples, which are `stride` apart in memory, by Fourier coefficients. Coefficient
+/* Replaces M + 1 samples, spaced by `stride` in memory, by their Fourier coefficients. Coefficient
  * k belongs to k times the angle, or to k + 1/2 times the angle if `is_whole` is 0. In the latter
- * case, a transform of M numbers suffices, because number 2 M - 1 - k is the conjugate of number
- * k. */
+ * case a transform of M numbers suffices, because number 2 M - 1 - k is the complex conjugate of
+ * number k. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
 {
     cx *const f = w->fourier;
@@ -88,7 +88,7 @@ static void transform(series_work *w, int M, int is_sine, int is_whole, int stri
     }
     v[M * stride] = 0.0;
 }
-/* Returns the largest magnitude in the last quarter of the coefficients, divided by the largest of
+/* Returns the largest magnitude in the last quarter of the coefficients, relative to the largest of
  * all. */
 static double tail_of(const double v[], int M)
 {
@@ -101,7 +101,7 @@ static double tail_of(const double v[], int M)
 }
 /* Returns the number of coefficients up to the last significant one, rounded up to an even number.
  * A coefficient is significant if it is not negligible relative to the largest one or to `scale`.
- * Most of the omitted coefficients are rounding errors of the transform. M is even. */
+ * Most of the omitted coefficients are merely rounding errors of the transform. M is even. */
 static int count_terms(const double v[], int M, double scale)
 {
     int count = M;
@@ -110,8 +110,8 @@ static int count_terms(const double v[], int M, double scale)
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count + count % 2;
 }
-/* Finds the variable x, between 0 and pi, at which the angle of the arc is alpha, by bracketed
- * Newton iteration. Writes the sine and cosine of x/2. */
+/* Solves for the value of x in [0, pi] at which the angle variable of the arc equals alpha, by
+ * bracketed Newton iteration. Writes the sine and cosine of x/2. */
 static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
                           double *s, double *c)
 {
@@ -134,8 +134,8 @@ static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, do
     }
     sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
 }
-/* Returns the integral over tau of |u| minus its mean, given the sine and cosine of the variable x
- * of the arc. */
+/* Returns the integral over tau of |u| minus its mean, given the sine and cosine of the arc's
+ * variable x. */
 static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
 {
     return sum_arc_sines(arc, 1, sine, cosine) -
@@ -173,7 +173,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
             e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        /* On average, the time increases by q per radian of the angle. */
+        /* On average, time advances by q per radian of the angle. */
         e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
@@ -200,8 +200,9 @@ static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
     }
 }
 /* Computes the Fourier coefficients of the rate of the heading on a grid. Grid 0 receives the
- * coefficients for sines of the first angle, and grid 1 those for cosines. Each row of a grid
- * belongs to one multiple of the first angle, and each column to one multiple of the second. */
+ * coefficients that multiply sines of the first angle, and grid 1 those that multiply cosines. Each
+ * row of a grid corresponds to a multiple of the first angle, and each column to a multiple of the
+ * second. */
 static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
 {
     const int width = M[1] + 1, sine = !angle[0].is_sine[0];
@@ -219,7 +220,7 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
     }
 }
 /* Computes the largest magnitude in the last eighth of the coefficients along each axis, relative
- * to the largest coefficient. */
+ * to the overall maximum. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -233,13 +234,13 @@ static void find_heading_tails(const series_work *w, const int M[2], double tail
         }
     for (int j = 0; j < 2; j++) tail[j] = last[j] / most;
 }
-/* Returns 1 if there is room for twice as many grid points along axis j. */
+/* Returns 1 if memory suffices for twice as many grid points along axis j. */
 static int has_room(const int M[2], int j)
 {
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
-/* Refines the grid until the last coefficients are at the level of rounding errors, or until no
- * room is left. Returns the relative magnitude of the last coefficients. */
+/* Refines the grid until the last coefficients are at rounding level, or memory is exhausted.
+ * Returns the relative magnitude of the last coefficients of the refined grid. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -257,15 +258,15 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two terms of the heading that belong to a given multiple of each angle. The frequencies of
- * the two terms are the sum and the difference of the multiples of the rates. A term is `value`
- * times a cosine or sine. Integration divides a term by `rate`. */
+/* The two heading terms for a given pair of multiples of the angles. Their frequencies are the sum
+ * and the difference of the multiples of the rates. A term is `value` times a cosine or sine.
+ * Integration divides a term by `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;
 
-/* Appends a slow term for the sum of the multiples (`way` 1) or for their difference (`way` -1).
- * Returns 0 if there is no room. */
+/* Appends a slow term for the sum (`way` = 1) or the difference (`way` = -1) of the multiples.
+ * Returns 0 if the array is full. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {
@@ -285,8 +286,8 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     n->sine = s;
     return 1;
 }
-/* Computes the coefficients of the cosine and the sine for one multiple of the second angle.
- * Returns 0 if there is no room for a slow term. */
+/* Computes the cosine and sine coefficients for one multiple of the second angle. Returns 0 if the
+ * array of slow terms is full. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {
@@ -304,8 +305,8 @@ static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const in
     out[1] = d[0] - d[1];
     return 1;
 }
-/* Writes the rows of the heading. `half` contains half of each initial angle [turns]. Returns 0 if
- * there are too many terms. */
+/* Writes the rows of the heading. `half` contains half of each initial angle, in turns. Returns 0
+ * if there are too many terms. */
 static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
                              const dd rate[2], const dd half[2])
 {

@@ -1,5 +1,5 @@
-/* Evaluation of the plan of a Goryachev-Chaplygin top at time t. The same kernel evaluates a single
- * time, or one time in each lane. The results in both cases are bitwise equal.
+/* Evaluates the plan of a Goryachev-Chaplygin top at time t. The same kernel evaluates either a
+ * single time or one time per lane. The results in both cases are bitwise equal.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -7,14 +7,14 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], and arrays of cosines and sines. Element i belongs to i/2 times the
+/* Half an angle [turns], and arrays of cosines and sines. Element i corresponds to i/2 times the
  * angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
 } angle_lanes;
 
-/* Computes the cosines and sines of the multiples of half of the angle. */
+/* Computes the cosines and sines of the multiples of half the angle. */
 INLINE void fill_angle(angle_lanes *a)
 {
     a->c[0] = wide_splat(1.0);
@@ -33,9 +33,9 @@ INLINE angle_lanes angle_of(dd half)
     fill_angle(&a);
     return a;
 }
-/* Clenshaw's recurrence for one series, with separate sums for even and odd indices. Each of the
- * two recurrences uses twice the angle, and needs half as many steps. The members hold the last two
- * values of each recurrence. */
+/* Clenshaw's recurrence for a single series, with separate sums for even and odd indices. Each of
+ * the two recurrences steps by twice the angle, and therefore needs half as many steps. The members
+ * hold the two most recent values of each recurrence. */
 typedef struct clenshaw_sum {
     wide last[2], before[2];
 } clenshaw_sum;
@@ -66,7 +66,7 @@ INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angl
     }
     return sum;
 }
-/* Returns the value of the series c (`which` 0) or s (`which` 1) of an angle. */
+/* Returns the value of the series c (`which` = 0) or s (`which` = 1) of an angle. */
 INLINE wide finish_part(const kr_angle_series *e, int which, const clenshaw_sum *p,
                         const angle_lanes *a)
 {
@@ -81,8 +81,7 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     return finish_part(e, which, &p, a);
 }
 /* Writes the values of the series c and s of both angles. The four series have the same number of
- * terms. All four are summed in parallel, because the steps of a single recurrence depend on each
- * other. */
+ * terms. All four are summed in parallel to hide the latency of the recurrences. */
 INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide c[2], wide s[2])
 {
     const kr_angle_series *const first = &plan->angle[0], *const second = &plan->angle[1];
@@ -99,8 +98,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Returns the slip after one Newton step from `slip`. Writes the residual at `slip`, which is the
- * error of the time, to `value`. Each series is truncated to its first `terms` terms. */
+/* Returns the slip after one Newton step from `slip`. Stores the residual at `slip`, which is the
+ * error in time, in `value`. Each series is truncated to its first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -122,10 +121,10 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
 }
 /* Returns the slip, which is the difference between tau and its mean value at the same time. `half`
  * contains half of each mean angle. The first Newton steps use only the first terms of the series.
- * The later steps are confined to a bracket, which exists because t increases monotonically with
- * tau. A Newton step longer than half the previous one is replaced by bisection. Newton's method
- * could otherwise alternate between two points on either side of the solution. Writes the true
- * angles to `a`. */
+ * Later steps are confined to a bracket, which exists because t increases monotonically with tau. A
+ * Newton step longer than half the previous one is replaced by bisection. Otherwise Newton's method
+ * could alternate between two points on opposite sides of the solution. Writes the true angles to
+ * `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -164,8 +163,8 @@ INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
     to[0] = from[0] * c - from[1] * s;
     to[1] = from[1] * c + from[0] * s;
 }
-/* Computes the cosines and sines by recurrences with stride four. Four independent recurrences are
- * faster than a single one, because the steps of each recurrence depend on each other. */
+/* Computes the cosines and sines by recurrences with a stride of four. Four independent recurrences
+ * are faster than one, because each step of a recurrence depends on the previous steps. */
 INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
                                heading_waves *wave)
 {
@@ -179,8 +178,8 @@ INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes 
     turn_wave(w + 2, a->c[4], a->s[4], w + 6);
     for (int k = 8; k < 2 * plan->wide; k += 2) turn_wave(w + k - 8, c, s, w + k);
 }
-/* Writes the sums of the cosine terms and of the sine terms of a row. Pairs with even and odd index
- * are summed separately. The number of pairs is even. */
+/* Writes the sums of the cosine and sine terms of a row. Pairs with even and odd index are summed
+ * separately. The number of pairs is even. */
 INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *u, wide *v)
 {
 #if defined KR_ONE_LANE && defined __GNUC__
@@ -201,7 +200,7 @@ INLINE void sum_heading_row(const double *term, int count, const wide *w, wide *
     *u = sum[0] + sum[2];
     *v = sum[1] + sum[3];
 }
-/* Returns the sum of all terms of the heading except the slow ones. */
+/* Returns the sum of all heading terms except the slow ones. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves waves;
@@ -253,8 +252,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     return sum;
 }
 /* Returns the state at `time`. `mean` contains half of each mean angle at this time, and `elapsed`
- * is the mean increase of tau since the initial time. The frame of the plan transforms the state to
- * the frame of description. */
+ * is the mean increase in tau since the initial time. The plan's frame transforms the state to the
+ * frame of description. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)
 {
@@ -287,7 +286,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, which is `span` after the initial time. */
+/* Returns the state at `time`, given that `span` has elapsed since the initial time. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
     const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),

@@ -1,7 +1,7 @@
-/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for single
- * times and for many times. The kernel has no branches and calls no function except sqrt, so
- * compilers can vectorize a loop over times. Results are bitwise equal for all vector widths. This
- * header is compiled once for each instruction set, because the loop uses the vectors of that
+/* The kernel: evaluation of a closed-form solution at time t. The same kernel is used for a single
+ * time and for many times. The kernel has no branches and calls no function other than sqrt, so
+ * compilers can vectorize loops over times. Results are bitwise identical for all vector widths.
+ * This header is compiled once for each instruction set, because the loop uses the vectors of that
  * instruction set. In the code, e is the closed-form solution; a, b and h denote alpha, beta and
  * the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
@@ -35,10 +35,9 @@ INLINE wide nearest(wide x)
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns the phase at time t [turns], modulo whole turns. The high word lies between 0 and 2.
- * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
- * the high word. If the low word were omitted, its error would account for half of the error of a
- * state. */
+/* Returns the phase at time t [turns], modulo whole turns. The high word lies between 0 and 2. The
+ * function two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding
+ * error of the high word. Omitting the low word would cause half of the total error of a state. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -55,9 +54,9 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes the sine and cosine of an angle of x turns. The low bits of u hold the number of quarter
- * turns nearest to x. The polynomials are evaluated at the remainder y, which is at most an eighth
- * of a turn. */
+/* Writes the sine and cosine of an angle of x turns. The low bits of u hold the nearest number of
+ * quarter turns to x. The polynomials are evaluated at the remainder y, whose magnitude is at most
+ * an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -134,8 +133,8 @@ typedef struct factors {
 
 /* Evaluates the theta series at time t. If `dual` is nonzero, the series are in the dual nome, with
  * hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome adds a
- * phase that is proportional to the phase of the nutation (`slope`). If `euler` is nonzero, beta is
- * a theta4 instead of a theta2. */
+ * phase proportional to the phase of the nutation (`slope`). If `euler` is nonzero, beta is a
+ * theta4 instead of a theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -144,7 +143,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* The low bits of u hold the number of half turns nearest to x. The remainder |y| is at
+        /* The low bits of u hold the nearest number of half turns to x. The remainder |y| is at
          * most a quarter of a turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
@@ -174,8 +173,9 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which is `span` after the initial time. Does not apply the frame.
- * For a free body (`euler`), the momentum is constant, and alpha and beta have the same phase. */
+/* Returns the state at `time`, given that `span` has elapsed since the initial time. The frame is
+ * not applied. For a free body (`euler`), the momentum is constant, and alpha and beta have the
+ * same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);
@@ -204,10 +204,10 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* For larger times, exact products would overflow if computed without fused multiply-add. */
+/* For larger times, exact products computed without fused multiply-add would overflow. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel is valid at the time `span` after the initial time. The phases must not
- * exceed 2^50 turns, so that doubles resolve their fractional parts. */
+/* Returns 1 if the kernel is valid when `span` has elapsed since the initial time. The phases must
+ * not exceed 2^50 turns, because doubles must resolve their fractional parts. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

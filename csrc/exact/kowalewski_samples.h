@@ -1,12 +1,12 @@
 /* States of a Kowalewski top at points of its torus, in double-double (F. Koetter, Acta Math. 17
- * (1893) 209). For each root e of phi and each arc j there is a square root g of +-(w - e). With L
- * = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
+ * (1893) 209). For each root e of phi and each arc j, let g be a square root of +-(w - e). With L =
+ * 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
  * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. There are five
- * signs, one for each root and one for each arc. A comparison with a state shortly after the start
- * determines the signs.
+ * signs: one for each root and one for each arc. The signs are determined by comparison with a
+ * state shortly after the initial time.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
@@ -20,7 +20,7 @@ typedef struct kowalewski_roots {
     double sign[5];
 } kowalewski_roots;
 
-/* The factors that depend on the position on one arc only. */
+/* The factors that depend only on the position on one arc. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
@@ -50,7 +50,7 @@ static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
         out->lb[i] = cdd_mul(L, B);
     }
 }
-/* Returns the square root of way (w - e_i) D, given sine and cosine of x/2. */
+/* Returns the square root of way (w - e_i) D, given the sine and cosine of x/2. */
 static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
                            dd s, dd c)
 {
@@ -64,8 +64,8 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
-/* Computes the factors of arc j at a point, given sine and cosine of x/2. The caller sets the
- * angles of the point. */
+/* Computes the factors of arc j at a point, given the sine and cosine of x/2. The caller must set
+ * the angles of the point. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
                        arc_point *out)
 {
@@ -98,7 +98,7 @@ static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_p
     *p = dd_neg(sum_b.re);
     *q = dd_neg(dd_mul(one->d, two->d));
 }
-/* Writes the state p, q, r, g1, g2, g3 for a point of each arc. */
+/* Writes the state p, q, r, g1, g2, g3, given one point on each arc. */
 static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const arc_point *one,
                        const arc_point *two, dd out[6])
 {
@@ -123,7 +123,7 @@ static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, con
     const dd rest = dd_sub(dd_sub(o->l, dd_mul(out[2], out[5])), dd_twice(dd_mul(p, out[3])));
     out[4] = dd_div(rest, dd_twice(q));
 }
-/* Writes the Taylor coefficients of a state p, q, r, g1, g2, g3 in time. */
+/* Writes the Taylor coefficients of the state p, q, r, g1, g2, g3 with respect to time. */
 static void expand(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
@@ -149,9 +149,9 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point of an arc at which Kowalewski's variable is `gap` below the upper end. If the
+/* Computes the point on an arc at which Kowalewski's variable is `gap` below the upper end. If the
  * lower end is not at infinity, the variable is `rest` above it. `next` is a later value of `gap`,
- * which determines the direction of the motion. Returns 0 if sine or cosine of x/2 is at most
+ * which determines the direction of the motion. Returns 0 if the sine or cosine of x/2 is at most
  * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
@@ -168,7 +168,7 @@ static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, d
     }
     make_point(o, arc, s, c, out);
     fold(arc, &sine, &cosine);
-    /* The signs of the square roots hold for angles between -pi and pi. */
+    /* The signs of the square roots are valid for angles between -pi and pi. */
     const double turns = turns_of(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
     out->theta[0] = out->theta[1] = 0.0;
@@ -187,8 +187,8 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Finds the five signs by comparison with one state. The signs of the roots must reproduce p and q
- * of this state. Returns the error of the state computed with these signs. */
+/* Determines the five signs by comparison with a single state. The signs of the roots must
+ * reproduce p and q of this state. Returns the error of the state computed with these signs. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -210,8 +210,9 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the points of both arcs at the state `at`. The directions of w1 and w2 follow from a
- * later state. Returns 0 if a point is too close to an end of its arc. */
+/* Computes the points on both arcs that correspond to the state `at`. The directions of motion of
+ * w1 and w2 are inferred from a later state. Returns 0 if a point is too close to an end of its
+ * arc. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -219,11 +220,11 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Finds the signs, and the angles of the torus at the start. The signs follow from a state shortly
- * after the start that is not close to an end of an arc. A slow w1 or w2 stays near the end of its
- * arc for a long time. In this case, a state nearer to the end is used. Returns the error of this
- * state divided by the velocity, because near a saddle an early state depends far less on the
- * angles than a late one. */
+/* Determines the signs, and the initial angles on the torus. The signs are determined from a state
+ * shortly after the initial time that is not close to an end of an arc. If w1 or w2 is slow, it
+ * stays near the end of its arc for a long time. In this case, a state closer to the end is used.
+ * Returns the error of this state divided by the velocity: near a saddle, early states depend far
+ * less on the angles than late ones. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])
@@ -249,7 +250,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     }
     return INFINITY;
 }
-/* Computes the point of an arc where the arc's variable is i * pi/SAMPLE_STEPS. */
+/* Computes the point on an arc at which the arc's variable is i * pi/SAMPLE_STEPS. */
 static void make_sample(const kowalewski_curve *o, const kowalewski_arc *arc, const cosine_table *t,
                         int i, arc_point *out)
 {

@@ -1,5 +1,6 @@
-/* The state of a Kowalewski top at time t, from its plan. The same kernel evaluates one time, or
- * one time in each lane. Results in a lane and for a single time are bitwise equal.
+/* The state of a Kowalewski top at time t, evaluated from its plan. The same kernel evaluates
+ * either a single time or one time per lane. Results in a lane are bitwise equal to those for a
+ * single time.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
@@ -10,8 +11,8 @@
 enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
 /* Powers of exp(i theta1/2) and exp(i theta2/2). re1 and im1 have exp(i k theta1/2) at index k >=
- * 0. re2 and im2 have exp(i k theta2/2) at index (k + WIDE_MOST)/2. Even and odd k are in separate
- * arrays, so that the powers for a row are contiguous. */
+ * 0. re2 and im2 have exp(i k theta2/2) at index (k + WIDE_MOST)/2. Even and odd k are stored in
+ * separate arrays, so that the powers for a row are contiguous. */
 typedef struct wave_lanes {
     wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
@@ -45,15 +46,15 @@ INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes 
         w->im2[k & 1][up] = im[k];
     }
 }
-/* Powers of the growths exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one`
- * contains the power k at index k + WIDE_MOST. `two` contains the power k at index (k +
- * WIDE_MOST)/4 of the array for k modulo 4, so that the powers for a row are contiguous. */
+/* Powers of the growth factors exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). `one`
+ * contains power k at index k + WIDE_MOST. `two` has one array for each k modulo 4, with power k at
+ * index (k + WIDE_MOST)/4, so the powers for a row are contiguous. */
 typedef struct growth_lanes {
     wide one[2 * WIDE_MOST + 1];
     wide two[4][WIDE_MOST / 2 + 1];
 } growth_lanes;
 
-/* Writes the powers of exp(a) for the exponents -most to most at the indices 0 to 2 WIDE_MOST. */
+/* Writes the powers of exp(a) with exponents from -most to most at indices 0 to 2 WIDE_MOST. */
 INLINE void fill_growth_powers(dd a, int most, wide out[])
 {
     const exponential e = exponential_of(a);
@@ -66,7 +67,8 @@ INLINE void fill_growth_powers(dd a, int most, wide out[])
         up[-k] = up[-(k / 2)] * up[k / 2 - k];
     }
 }
-/* Writes the powers. x has half of each angle, in turns. `bend` has the elements of 2 pi^2 B^-1. */
+/* Writes the powers. x contains half of each angle, in turns. `bend` has the elements of 2 pi^2
+ * B^-1. */
 INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], growth_lanes *w)
 {
     wide power[2 * WIDE_MOST + 1];
@@ -77,8 +79,8 @@ INLINE void fill_growth(const double bend[3], const int most[2], const dd x[2], 
     for (int k = -most[1]; k <= most[1]; k++)
         w->two[k & 3][(k + WIDE_MOST) / 4] = power[k + WIDE_MOST];
 }
-/* Writes the dual sum of some rows, whose terms begin at `term`. Each term of a complex sum has two
- * numbers. Returns the address after their last term. */
+/* Writes the dual sum over some rows, whose terms start at `term`. Each term of a complex sum
+ * consists of two numbers. Returns the address after the last term. */
 INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_complex,
                                    const double *term, const growth_lanes *w, wide *re, wide *im)
 {
@@ -119,7 +121,7 @@ INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wid
         row += plan->rows[i];
     }
 }
-/* Writes the sum of some rows, whose terms begin at `term`. Returns the address after their last
+/* Writes the sum over some rows, whose terms start at `term`. Returns the address after the last
  * term. */
 INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
                               const wave_lanes *w, wide *re, wide *im)
@@ -157,8 +159,8 @@ INLINE void sum_all(const kr_theta_sums *plan, const dd phase[2], wide re[], wid
         row += plan->rows[i];
     }
 }
-/* Returns the state with the three phases of the plan at `time`. The frame of the plan transforms
- * it to the frame of description. */
+/* Returns the state at `time`, given the values of the plan's three phases. The plan's frame
+ * transforms the state to the frame of description. */
 INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, const dd phase[3])
 {
     wide re[SUMS], im[SUMS], s, c;
@@ -189,7 +191,7 @@ INLINE state_lanes kowalewski_kernel_at(const kr_theta_sums *plan, wide time, co
     r.q = torus_attitude(&plan->torus, q);
     return r;
 }
-/* Returns the state at `time`, which is `span` after the beginning. */
+/* Returns the state at `time`, given that `span` has elapsed since the initial time. */
 INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
 {
     dd phase[3];

@@ -2,9 +2,9 @@
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The rates (nu of the nutation, k1 and k2 of alpha and beta) and the roots are computed in
- * double-double, without cancellation. The moment about the axis only contributes a constant spin,
- * which is added separately. This header is compiled once for each instruction set and number of
- * lanes (lane_types.h). */
+ * double-double, without cancellation. The moment of inertia about the axis only contributes a
+ * constant spin, which is added separately. This header is compiled once for each instruction set
+ * and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -21,7 +21,7 @@ typedef struct initial {
 } initial;
 
 /* The distances of u1, u2 and u3 from the initial height u0, from the poles u = -1 and 1, and from
- * each other. Distances that become infinite for zero torque are multiplied by g. */
+ * each other. Distances that become infinite at zero torque are multiplied by g. */
 typedef struct turning {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -46,9 +46,9 @@ static inline initial initial_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Finds the turning heights if u3 is the isolated root. The cubic is expanded about the initial
- * height, in v = u - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 -
- * u0). The other two roots then solve a quadratic equation. */
+/* Computes the turning heights if u3 is the isolated root. The cubic is expanded about the initial
+ * height, in v = u - u0, because u1 and u2 may be close to u0. Newton's method yields V = g (u3 -
+ * u0). The other two roots are then the solutions of a quadratic equation. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
@@ -68,8 +68,8 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
     r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
     r->minus1 = dd_add(s->minus, r->down);
 }
-/* Finds the turning heights if u1 is the isolated root. The cubic is expanded about the upper pole,
- * because u2 and u3 can coincide only there. */
+/* Computes the turning heights if u1 is the isolated root. The cubic is expanded about the upper
+ * pole, because u2 and u3 can coincide only there. */
 static inline void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -95,8 +95,9 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Recomputes the smaller of a and b as product / (larger * beside), without cancellation. The mask
- * `smaller_a` marks the lanes in which a is smaller than b. If both are zero, they remain zero. */
+/* Recomputes the smaller of a and b as product / (larger * beside), which avoids cancellation. The
+ * mask `smaller_a` marks the lanes in which a is smaller than b. If both are zero, they remain
+ * zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -137,8 +138,8 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the turning heights. The cubic is expanded about a point where two nearly equal roots are
- * computed without loss of digits. */
+/* Finds the turning heights. The cubic is expanded about a point at which two nearly equal roots
+ * can be computed without losing digits. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -258,7 +259,7 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
     } else
         series_of_kind(exact, r, a, 0);
 }
-/* Sets the scale factor of the horizontal momentum from the value at the lower turning height. The
+/* Sets the scale factor of the horizontal momentum from its value at the lower turning height. The
  * momentum is larger there than at the upper one, because m1 p2 >= p1 m2 and plus3 >= minus3 (in
  * the notation of arguments_of). The series, a theta3 of a real or imaginary argument, is
  * positive. */
@@ -293,10 +294,9 @@ static inline dd phase_at_start(const turning *r, wide mean)
 }
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
  * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
- * directly, because the phase of a quantity near zero is inaccurate. The phase of the momentum is
- * less accurate if the momentum is nearly vertical. Relative to their largest values, the momentum
- * must be more than twice as large as the smaller of alpha and beta; otherwise its phase is not
- * used. */
+ * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
+ * is less accurate when the momentum is nearly vertical. This phase is used only if the momentum,
+ * relative to its maximum, exceeds twice the smaller of alpha and beta, relative to theirs. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
@@ -307,7 +307,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    /* Squared magnitudes, relative to their largest values. */
+    /* Squared magnitudes relative to their maxima. */
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
@@ -319,28 +319,28 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Any two of the three phases determine the third. The two with the smallest rounding errors
-     * are used. */
+    /* Any two of the three phases determine the remaining one. The two with the smallest rounding
+     * errors are used. */
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
 /* Returns 1 if the axis is at rest at a pole. In all other cases, the tilt or the velocity of the
- * axis exceeds the limit of kr_exact_resolves. */
+ * axis exceeds the threshold of kr_exact_resolves. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. The result is half the difference between the
- * spin and the component of W along the axis. The caller adds the result to the rate of alpha and
- * subtracts the result from the rate of beta. */
+/* Returns half of c (1/I3 - 1/I1), where c = <m, a>. This is half the difference between the spin
+ * and the component of W along the axis. The caller adds the result to the rate of alpha, and
+ * subtracts it from the rate of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Intermediate results of the set-up of a closed-form solution, in the order of the stages. */
+/* Intermediate results of setting up a closed-form solution, in the order of the stages. */
 typedef struct setting {
     exact_lanes exact;
     exact_top top;
@@ -369,10 +369,10 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Sets up n closed-form solutions in internal units, after begin_setting has been called for each.
- * The axis of each top must not be at rest at a pole, and the lever must be positive. Each stage is
- * completed for all tops before the next stage, because the code of all stages exceeds the
- * first-level instruction cache. */
+/* Sets up n closed-form solutions in internal units; begin_setting must have been called for each.
+ * No axis may be at rest at a pole, and weight * |com| must be positive. Each stage is completed
+ * for all tops before the next, because the code of all stages exceeds the first-level instruction
+ * cache. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -1,17 +1,17 @@
-/* Types and constants shared by the set-ups of the closed-form solutions. With q = (w, x, y, z),
- * alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
+/* Types and constants shared by the set-up code of the closed-form solutions. With q = (w, x, y,
+ * z), alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). All quantities that grow
- * with time are computed in double-double, so that errors do not grow with time. The function
+ * with time are computed in double-double, so that the errors of states do not grow. The function
  * theta4(X) is not needed, because q is normalized.
  *
  * This header is compiled once for each instruction set, like the files that include it, and once
- * more with KR_EXACT_LANES. Each number is then a vector with one lane for each top (math/simd.h).
- * The result in a lane is bitwise equal to that for a single top. If lanes take different branches,
- * both branches are computed, and each lane selects its result. A loop continues until all lanes
- * are finished, and leaves finished lanes unchanged. Without KR_EXACT_LANES, there is one lane for
- * a single top, with ordinary branches and loops. */
+ * more with KR_EXACT_LANES. Each number is then a vector with one lane per top (math/simd.h). The
+ * result in a lane is bitwise equal to that for a single top. If lanes take different branches,
+ * both branches are computed, and each lane selects its own result. A loop runs until all lanes are
+ * finished, leaving finished lanes unchanged. Without KR_EXACT_LANES, a single top is processed,
+ * with ordinary branches and loops. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
 #if defined KR_EXACT_LANES
@@ -25,11 +25,11 @@
 #include "math/isa.h"
 #include "math/simd.h"
 
-/* The kinds of series: for the heavy or the free top, in the nome or in the dual nome. The dual
- * nome is smaller than the nome if K' < K, as near a separatrix. */
+/* The kinds of series: for the heavy or the torque-free top, in the nome or in the dual nome. The
+ * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* The types of kreisel.h and layout.h, with one lane for each top. */
+/* The types of kreisel.h and layout.h, with one lane per top. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;
@@ -57,7 +57,7 @@ typedef struct exact_lanes {
     wide momentum, side;
     vec3_lanes constant;
 } exact_lanes;
-/* Lanes contain only heavy tops. */
+/* Only heavy tops are processed in lanes. */
 INLINE int is_euler(const exact_lanes *e) { return (void)e, 0; }
 INLINE mask is_dual(const exact_lanes *e)
 {
@@ -76,8 +76,8 @@ INLINE mask is_dual(const kr_exact_form *e)
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
 #endif
-/* Copies the lanes of `from` that the mask m selects to `to`. Both are structures of `bytes` bytes
- * whose members all consist of lanes. */
+/* Copies the lanes selected by the mask m from `from` to `to`. Both are structures of `bytes` bytes
+ * that consist entirely of lanes. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {
@@ -86,15 +86,15 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
-/* In internal units, the larger of the momentum and the lever is about one. A lever below
- * LEAST_LEVER is treated as zero, because its effect is negligible at all times that doubles can
- * resolve. A component of the momentum below LEAST_MOMENTUM is treated as zero, because its square
- * underflows. */
+/* In internal units, the larger of the momentum and weight * |com| is about one. If weight * |com|
+ * is below LEAST_LEVER, it is treated as zero, because its effect is negligible at all times that
+ * doubles can resolve. Momentum components below LEAST_MOMENTUM are treated as zero, because their
+ * squares underflow. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A scene in working axes and internal units. The converted attitude and lever are not rounded to
- * doubles. */
+/* A scene in working axes and internal units. The converted attitude and the vector weight * com
+ * are not rounded to doubles. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
@@ -106,7 +106,7 @@ typedef struct exact_top {
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
-/* Returns -1 in the lanes that the mask m selects, and 1 in all other lanes. */
+/* Returns -1 in the lanes selected by the mask m, and 1 in all others. */
 INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
 INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
 #endif

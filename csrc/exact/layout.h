@@ -1,6 +1,6 @@
 /* The members of kr_exact, kr_exact_map and kr_turning. kreisel.h declares the first members and
- * reserves memory for the others, so that programs do not depend on the layout. Only dispatch.c
- * uses the public types; all other files use the types of this header. */
+ * reserves memory for the rest, so programs do not depend on the layout. Only dispatch.c uses the
+ * public types; all other files use the types of this header. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
@@ -19,8 +19,8 @@ typedef struct kr_phase {
 } kr_phase;
 
 /* The closed-form solution of lane_types.h. All members consist of doubles, like those of kr_exact.
- * The aliasing rules of C therefore permit a kr_exact to be read through a pointer to this type.
- * The library writes a kr_exact by memcpy. */
+ * C's aliasing rules therefore permit a kr_exact to be read through a pointer to this type. The
+ * library writes a kr_exact with memcpy. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */
@@ -74,7 +74,7 @@ KR_CHECK_LAYOUT(kr_turning_is_laid_out,
                     offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
                     offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
 /* If a public type and its private counterpart had different alignments, these structures would
- * differ in their padding. */
+ * have different padding. */
 struct kr_aligned_public {
     char a;
     kr_exact exact;

@@ -1,6 +1,6 @@
-/* Small dense least-squares problems, solved in doubles by Householder's QR factorization with
- * column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the
- * longest one is treated as zero. */
+/* Solves small dense least-squares problems in doubles by Householder QR factorization with column
+ * pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the longest
+ * one is treated as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>
@@ -8,7 +8,7 @@
 
 enum { LSQ_ROWS = 72, LSQ_COLUMNS = 8 };
 
-/* A matrix, stored by columns. `rank` is the number of columns that are not treated as zero. */
+/* A matrix in column-major order. `rank` is the number of columns that are not treated as zero. */
 typedef struct lsq {
     int rows, columns, rank;
     double a[LSQ_COLUMNS][LSQ_ROWS];
@@ -69,8 +69,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Afterwards, column k stores a column of R above the diagonal, and the k-th
- * reflection from the diagonal element downwards. */
+/* Factors the matrix. Afterwards, the part of column k above the diagonal is a column of R, and the
+ * rest is the k-th reflection. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -104,14 +104,14 @@ static inline void lsq_forward(const lsq *m, double *y)
         y[j] /= m->diagonal[j];
     }
 }
-/* Writes the unknowns in the order of the original columns, with the scaling undone. */
+/* Writes the unknowns in the order of the original columns, with the column scaling undone. */
 static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves the least-squares problem for a factored matrix and one right-hand side, which is
- * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times that of
- * the first column. */
+/* Solves a least-squares problem, given the factored matrix and a right-hand side, which is
+ * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times the first
+ * one. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -135,8 +135,8 @@ static inline double lsq_iterate(const lsq *m, double *x)
     return lsq_normalise(x, m->rank);
 }
 /* Writes the singular vector for the smallest singular value of a factored matrix. Returns the
- * ratio of the smallest singular value to the second smallest. Both singular vectors are found by
- * inverse iteration, with the second kept orthogonal to the first. */
+ * ratio of the smallest singular value to the second smallest. Both singular vectors are computed
+ * by inverse iteration, with the second kept orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

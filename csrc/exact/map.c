@@ -1,6 +1,6 @@
 /* The closed-form solution of the Bobenko-Suris map: set-up and states. This file is compiled once
- * for each instruction set. The map has its own file, so that programs that do not use the map,
- * such as the viewer, do not link its code. */
+ * for each instruction set. The map has its own file, so programs that do not use it, such as the
+ * viewer, do not link its code. */
 #include "dispatch.h"
 #include "map.h"
 

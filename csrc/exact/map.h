@@ -5,9 +5,9 @@
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
  * phase of beta increases by the corresponding expression. The momentum of a state belongs to the
- * link that ends at this state, and thus to a time half a step earlier. The rotation about the axis
- * is exact, as in methods/bobenko_suris.h. This header is compiled once for each instruction set,
- * because double-doubles are faster with fused multiply-add. */
+ * link that ends at this state, and thus to an instant half a step earlier. The rotation about the
+ * axis is exact, as in methods/bobenko_suris.h. This header is compiled once for each instruction
+ * set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
@@ -49,7 +49,7 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the increase of the phase of alpha (sign 1) or beta (sign -1) in one step. The increase
+/* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The increase
  * is computed from the link that is symmetric about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
@@ -99,7 +99,7 @@ static double pole_at(const kr_exact_map_form *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the scale factor of the momentum from its magnitude and sign at the lower of the two
+/* Sets the scale factor of the momentum from its magnitude and sign in the lower of the two
  * symmetric links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 +
  * E)/(1 + b s). The sign of the momentum follows from W ~ alpha beta' - beta alpha'. Returns the
  * largest |W|^2. */
@@ -120,8 +120,8 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     return across + k->l.hi * k->l.hi;
 }
 /* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
- * The two phases of the quantities with the largest magnitudes are computed directly, and the third
- * follows. */
+ * For the two quantities of largest magnitude, the phases are computed directly; the third phase
+ * then follows. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -147,8 +147,9 @@ static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve 
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis is at rest. A top counts as at rest at a pole if its tilt and its velocity
- * are below 1e-100. Without gravity and momentum, a top is at rest in any attitude. */
+/* Returns 1 if the axis is at rest. A top is considered at rest at a pole if its tilt and its
+ * velocity are both below 1e-100. Without gravity and momentum, a top is at rest in every
+ * attitude. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -156,7 +157,7 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* Sets up the closed-form solution of the map in internal units, with the step size as the unit of
+/* Sets up the closed-form solution of the map in internal units, using the step size as the unit of
  * time. Returns 0 if 1 + b s = 0, or if the motion is too close to a separatrix for accurate
  * roots. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
@@ -193,8 +194,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link that ends there.
- * If k is too large for the kernel, returns the initial state. */
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link that ends at
+ * this state. If k is too large for the kernel, returns the initial state. */
 static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
     const kr_exact_form *curve = &map->curve;
@@ -209,16 +210,16 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the closed-form solution reproduces the initial attitude `start`. The attitudes may
- * differ if the step size is 1e-8 or less and the initial axis is very close to a pole.
- * Double-double then cannot resolve the distances from the pole. */
+/* Returns 1 if the closed-form solution reproduces the initial attitude, `start`. It may fail to do
+ * so if the step size is 1e-8 or less and the initial axis is very close to a pole. Double-double
+ * arithmetic then cannot resolve the distances from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
 /* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
- * s < 0 equals a step of the top with up and down exchanged. The solution then starts from the
- * first link of that top. */
+ * s < 0 is equivalent to a step of the top with up and down interchanged. The solution then starts
+ * from the first link of that top. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};

@@ -5,17 +5,17 @@
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
  * where P is a cubic with roots s1 <= s <= s2 <= s3. Both s and u are elliptic functions of a phase
  * that increases by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X
- * are reversed. Then b < 0, and the step equals a step of the same top under reversed gravity. This
- * header is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * are reversed. Then b < 0, and the step is equivalent to a step of the same top under reversed
+ * gravity. This header is compiled once for each instruction set, because double-doubles are faster
+ * with fused multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
 #include "math/dd_functions.h"
 #include "single.h"
 #include "theta.h"
 
-/* The first link, from the initial state to the state after one step, and the data that determine
- * the curve. */
+/* The first link, between the initial state and the state after one step, and the data that
+ * determine the curve. */
 typedef struct map_link {
     dd l, c, b, energy, x; /* notation of the file's head; b and x are multiplied by `sign` */
     dd s, climb;           /* u + u', u' - u */
@@ -26,7 +26,7 @@ typedef struct map_link {
     double unit;           /* m = unit W */
     double sign;           /* sign of 1 + b s */
 } map_link;
-/* The elliptic functions of a curve. The phase has the half period pi. */
+/* The elliptic functions of a curve. Half a period corresponds to a phase of pi. */
 typedef struct map_curve {
     dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
     dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */
@@ -92,9 +92,9 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* Finds the roots of P, expanded in v = s - s0 about the value s0 of the first link. Newton's
- * method gives the isolated root. The other two solve a quadratic equation, without
- * cancellation. */
+/* Computes the roots of P, which is expanded in v = s - s0 about the value s0 of the first link.
+ * Newton's method yields the isolated root. The other two are the solutions of a quadratic
+ * equation, computed without cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -131,7 +131,7 @@ static void find_map_roots(map_link *k)
     k->s2 = dd_add(k->s, k->above);
 }
 /* Writes s and (u' - u)^2 = P(s)/(1 + b s) for the link at the phase with the given values of sn^2
- * and cn^2. Both are computed from the distances of s from the roots. */
+ * and cn^2. Both are computed from the distances between s and the roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -204,7 +204,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. Also sets the turning heights on which the arguments
+ * elliptic integrals of the first kind. Also sets the turning heights, on which these arguments
  * depend. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
@@ -232,8 +232,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     r->plus2 = plus2.hi;
     r->minus1 = minus1.hi;
 }
-/* Returns the phase at the middle of the first link, computed from the distances of s from the
- * roots s1 and s2. */
+/* Returns the phase at the midpoint of the first link, computed from the distances between s and
+ * the roots s1 and s2. */
 static double start_phase(const map_link *k, const map_curve *r)
 {
     const dd low = dd_mul(k->below, map_height(k, k->s2));

@@ -1,14 +1,15 @@
-/* Phases and rates of a closed-form solution, and functions of the attitude that the set-ups need.
- * Angles are measured in turns, so that whole turns can be dropped without rounding errors. This
- * header is compiled once for each instruction set and number of lanes (lane_types.h). */
+/* Phases and rates of a closed-form solution, and functions of the attitude for setting up
+ * solutions. Angles are measured in turns, because whole turns can then be dropped without rounding
+ * errors. This header is compiled once for each instruction set and number of lanes
+ * (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. These values describe the state before q is normalized and the frame is applied. The
- * function factors_of_kind requires that all lanes have series of the same kind, whereas factors_at
- * does not. */
+ * phases. These values describe the state before the normalization of q and the application of the
+ * frame. The function factors_of_kind requires that all lanes have series of the same kind, whereas
+ * factors_at does not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -41,7 +42,7 @@ static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 
 static const double two_pi = 6.283185307179586477;
 
-/* Returns a phase with initial value 0 and the given rate [rad per unit of time]. */
+/* Returns a phase with initial value zero and the given rate [rad per unit of time]. */
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
@@ -56,7 +57,7 @@ static inline void phase_start(phase_lanes *phase, dd start)
     phase->start = s.hi;
     phase->more = s.lo + start.lo;
 }
-/* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), within 1 ulp. */
+/* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), with an error of at most 1 ulp. */
 static inline wide turns_of_tangent(wide u)
 {
     const dd turn = one_turn();
@@ -95,7 +96,7 @@ static inline dd turns_between(wide x, wide y, wide u, wide v)
     return turns_of(im.hi, re.hi);
 }
 
-/* Returns the scalar product of four double-doubles and four doubles. */
+/* Returns the dot product of four double-doubles with four doubles. */
 static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
 {
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
@@ -111,7 +112,7 @@ static inline void turn_first(dd q[4], quat_lanes by)
     q[3] = dot(a, by.z, by.y, -by.x, by.w);
 }
 
-/* Normalizes a double-double quaternion, and returns it rounded to doubles. */
+/* Normalizes a double-double quaternion, and returns it rounded to double precision. */
 static inline quat_lanes rounded(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
@@ -121,8 +122,7 @@ static inline quat_lanes rounded(const dd q[4])
 }
 
 /* Writes the axis a = q e3 q*, whose height is u = a.e3. Writes 1 + u to `plus` and returns 1 - u.
- * Both numbers are computed directly from the quaternion, so that no digits are lost near a
- * pole. */
+ * Both values are computed directly from the quaternion, so no digits are lost near a pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -158,12 +158,12 @@ static inline wide sign_of(wide x)
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
 }
 
-/* Sets the period and the mean rates of the Euler angles, from the rates of the phases of the
- * nutation, of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero.
- * The sense of the winding is opposite to the sign of y, which is the sign of `slope`. If theta1 or
- * theta2 passes through zero, its phase jumps by half a turn in an undefined sense. The winding
- * number is then defined as zero. For a free top, beta is a theta4, which has no zeros and does not
- * wind. */
+/* Sets the period and mean rates of the Euler angles from the rates of the phases of the nutation,
+ * of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero. The
+ * direction of the winding is opposite to the sign of y, which equals the sign of `slope`. If
+ * theta1 or theta2 passes through zero, its phase jumps by half a turn in an undefined direction.
+ * The winding number is then defined as zero. For a torque-free top, beta is a theta4, which has no
+ * zeros and therefore does not wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -172,13 +172,13 @@ static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide secon
     exact->precession = (first + second) + (wind1 + wind2) * nu;
     exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
-/* Returns I1, the mean of the two equal moments. */
+/* Returns I1, the mean of the two equal principal moments. */
 static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top with up and down exchanged, q -> i q. The exchange reverses the direction of
- * gravity. */
+/* Returns the top with up and down interchanged, q -> i q. The interchange reverses the direction
+ * of gravity. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -191,8 +191,8 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Converts the solution for a top with up and down exchanged to the solution for the top itself,
- * except for the frame. */
+/* Converts the solution for the top with up and down interchanged to the solution for the top
+ * itself, except for the frame. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);

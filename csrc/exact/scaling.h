@@ -1,8 +1,8 @@
-/* Conversion of a user's scene to the working axes and internal units of the closed-form solution.
- * The error of a state must not grow with time. No value that determines a rate is therefore
- * rounded to double precision: the attitude and mass * gravity * com are double-double products,
- * and the units are powers of two. This header is compiled once for each instruction set, because
- * double-doubles are faster with fused multiply-add. */
+/* Conversion of a scene to the working axes and internal units of the closed-form solution. The
+ * error of a state must not grow with time. No value that determines a rate is therefore rounded to
+ * double precision: the attitude and mass * gravity * com are double-double products, and the units
+ * are powers of two. This header is compiled once for each instruction set, because double-doubles
+ * are faster with fused multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
@@ -16,7 +16,7 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Writes the rotation that takes the third working axis of a spherical body to the direction of the
+/* Writes the rotation that maps the third working axis of a spherical body to the direction of its
  * centre of mass. The rotation corrects the rounding error of the working axis. Returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
@@ -34,8 +34,8 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half of the rate -rotor / I3 in internal units. In tilted axes, the components of the
- * rotor have rounding errors, but its length does not. */
+/* Returns half the rate -rotor / I3, in internal units. In tilted axes, the components of the rotor
+ * momentum have rounding errors, but its norm does not. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;

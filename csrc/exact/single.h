@@ -1,14 +1,14 @@
-/* States of the closed-form solution for one top, and closed-form solutions for motions without
- * nutation. This header is compiled once for each instruction set, because double-doubles are
- * faster with fused multiply-add. */
+/* States of the closed-form solution for a single top, and closed-form solutions for motions
+ * without nutation. This header is compiled once for each instruction set, because double-doubles
+ * are faster with fused multiply-add. */
 #ifndef KR_EXACT_SINGLE_H
 #define KR_EXACT_SINGLE_H
 #include "frame.h"
 #include "phase.h"
 
-/* Returns the state at time t, which is `span` after the initial time. For each kind of series, the
- * kernel is called with constant arguments, so that the compiler can remove code that this kind
- * does not need. */
+/* Returns the state at time t, given that `span` has elapsed since the initial time. The kernel is
+ * called with constant arguments for each kind of series, so the compiler can remove unused
+ * code. */
 static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
@@ -23,8 +23,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time beyond the range of the kernel: the initial state, which has the
- * correct values of all integrals. Returns NaN if t is not finite. */
+/* Returns the state at a time beyond the range of the kernel: the initial state, whose integrals of
+ * motion are correct. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
@@ -51,7 +51,7 @@ static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first,
     exact->alpha.even[0] = a;
     exact->beta.odd[0] = b;
     exact->period = INFINITY;
-    /* If the axis is vertical, the whole rotation is attributed to the spin. */
+    /* If the axis is vertical, the entire rotation is attributed to the spin. */
     exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
     exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }

@@ -13,7 +13,7 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative differences. The iteration therefore ends one step after the
+ * Each step squares the relative differences. Iteration therefore stops one step after the
  * differences fall below 1e-8, and this last step needs only double precision. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
@@ -63,8 +63,8 @@ static inline wide elliptic_agm(wide a, wide b)
     return 0.5 * (a + b);
 }
 /* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
- * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
- * by pi / T. If the series are dual, pi / T is stored in double-double. */
+ * square of the nome, the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
+ * by pi / T. If the series are dual, pi / T is stored in double-double precision. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -77,8 +77,8 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z). Duplication is repeated until the arguments are so close together
- * that the series about their mean is accurate to double precision (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication is repeated until the arguments are close enough for
+ * the series about their mean to be accurate to double precision (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -118,8 +118,8 @@ static inline wide third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: if there are three real roots, the one
- * farthest from the other two. Sets `top` if it is the largest root, and clears `top` if it is the
- * smallest. */
+ * farthest from the other two. Sets `top` if the root is the largest, and clears it if the root is
+ * the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
@@ -131,7 +131,7 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps. The slope at the initial value is accurate enough for both steps. */
+ * two Newton steps. The slope at the initial guess is accurate enough for both steps. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -162,7 +162,7 @@ static inline void accumulate(wide sum[], wide weight, int j, const double row[]
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Writes sinh and cosh of y to full precision, also for small y. With exp y = 2^k exp r
+/* Writes sinh y and cosh y to full precision, even for small y. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
 static inline void sinhcosh_all(wide y, wide *s, wide *c)
 {
@@ -172,8 +172,8 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
- * is nonzero, returns theta(y + i x), times i for theta1, in the same form with sinh in place of
- * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+ * is nonzero, returns theta(y + i x) in the same form, with sinh in place of sine, and times i for
+ * theta1. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

@@ -1,17 +1,17 @@
-/* Turning points: the nutation angles between which the apex rises and falls, and the precession at
+/* Turning points: the nutation angles between which the axis rises and falls, and the precession at
  * these angles. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
- * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A free body is
- * treated as a top with u3 at infinity, because only g u3 is used. This header is compiled once for
- * each instruction set, because double-doubles are faster with fused multiply-add. */
+ * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A torque-free body
+ * is treated as a top with u3 at infinity, because only g u3 is used. This header is compiled once
+ * for each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
 /* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
- * this tolerance is in rad. For precession rates and momenta, the tolerance is relative to the
- * magnitude of the terms. */
+ * this tolerance is in radians. For precession rates and momenta, the tolerance is relative to the
+ * magnitude of their terms. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
@@ -37,7 +37,7 @@ static double turning_angle(dd minus, dd plus)
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession at the height u, given 1 - u and 1 + u. Returns 0 if the
+/* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
  * magnitude of the precession rate is at most `tol` times that of its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
@@ -45,8 +45,8 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Returns the type of motion of a heavy top, given the smallest and the largest nutation. Gravity
- * must point downwards. */
+/* Returns the type of motion of a heavy top, given its smallest and largest nutation angles.
+ * Gravity must point downwards. */
 static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
                                           double greatest)
 {
@@ -67,7 +67,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest point. */
+/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest position. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -80,8 +80,9 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns a result with those members set that do not depend on the turning heights, in internal
- * units. Gravity must point downwards. `rotor` is the rate h / I3 of an axial rotor. */
+/* Returns a result in which only the members that do not depend on the turning heights are set, in
+ * internal units. Gravity must point downwards. `rotor` is the rate h / I3 of a rotor along the
+ * symmetry axis. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
 {
     kr_turning_form r = {0};
@@ -96,8 +97,9 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top with nonnegative lever, in internal units. Times are measured
- * from the initial time. `rotor` is as in turning_of_body. */
+/* Returns the turning points of a top with nonnegative weight * com along its axis, in internal
+ * units. Times are measured from the initial time. `rotor` has the same meaning as in
+ * turning_of_body. */
 static kr_turning_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
@@ -123,8 +125,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts the turning points of a top with up and down exchanged to the turning points of the top
- * itself. */
+/* Converts the turning points of a top with up and down interchanged to those of the top itself. */
 static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

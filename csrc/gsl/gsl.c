@@ -1,10 +1,10 @@
-/* Two methods of GSL, used as references: the Runge-Kutta pair of Prince and Dormand, and the
- * semi-implicit Bulirsch-Stoer method. They integrate
+/* Two GSL methods, used as references: the Prince-Dormand Runge-Kutta pair and the semi-implicit
+ * Bulirsch-Stoer method. They integrate
  *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
  * where W and P are the angular velocity and the vertical in the body frame, and h is the momentum
- * of the rotor. The methods conserve no integrals. This file uses the step and control objects of
- * GSL, but not gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the step size equals exactly the
- * difference between the times at the two ends of the step. The end time may be infinite, and a
+ * of the rotor. Neither method conserves any integral of the motion. This file uses GSL's step and
+ * control objects, but not gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the step size is exactly
+ * the difference between the times at both ends of the step. The end time may be infinite, and a
  * failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
@@ -13,13 +13,13 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest permitted rotation of the top in a step [rad]. The semi-implicit method damps rotations
- * that it does not resolve. If the top made whole turns within a step, the error estimate would be
+/* Largest permitted rotation of the top per step [rad]. The semi-implicit method damps rotations
+ * that it fails to resolve. If the top made whole turns within a step, the error estimate would be
  * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Upper limits of h^2 a and h a, where h is the step size, and a is a bound of |W'| due to gravity.
- * Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is singular,
- * GSL reads uninitialized memory. */
+/* Upper limits on h^2 a and h a, where h is the step size and a bounds the part of |W'| due to
+ * gravity. Beyond these limits, the 1 in the matrix 1 - h J is lost to rounding. If this matrix is
+ * singular, GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -40,8 +40,8 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC if a number is not finite, because GSL would treat an error estimate of NaN
- * like an error of 0. */
+/* Returns GSL_EBADFUNC if any number is not finite, because GSL would treat an error estimate of
+ * NaN as zero. */
 static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
@@ -98,7 +98,7 @@ static void release_tools(kr_motion *motion)
     free(use);
     motion->aux = NULL;
 }
-/* Allocates the step and control objects of GSL on the first call, and sets the initial state. */
+/* Allocates GSL's step and control objects on the first call, and sets the initial state. */
 static kr_status ode_begin(kr_motion *motion, const kr_state *start,
                            const gsl_odeiv2_step_type *type)
 {
@@ -130,8 +130,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* Returns the largest permitted step size at the angular velocity W. A rotor with momentum h makes
- * W rotate in the body frame at the rate |h| / I. */
+/* Returns the largest permitted step size for the angular velocity W. A rotor with momentum h
+ * rotates W in the body frame at the rate |h| / I. */
 static double longest_step(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 I = motion->inertia, l = motion->lever;
@@ -140,8 +140,8 @@ static double longest_step(const kr_motion *motion, kr_vec3 W)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of size h from p. Writes the result and the size of the following step to `next`.
- * Returns 0 if the step-size control rejects the step; next->h is then the step size to try
+/* Tries a step of size h from p. Writes the result, and the suggested size of the following step,
+ * to `next`. Returns 0 if step-size control rejects the step; next->h is then the step size to try
  * instead. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
@@ -159,7 +159,7 @@ static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* In double precision, no step can meet a tolerance below the machine epsilon. */
+    /* In double precision, no step can meet a tolerance smaller than the machine epsilon. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, ode_velocity(p->y));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {

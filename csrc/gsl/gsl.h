@@ -1,4 +1,4 @@
-/* The right-hand side of the equations that the GSL methods integrate, and its Jacobian. A test
+/* The right-hand side of the equations of motion for the GSL methods, and its Jacobian. A test
  * checks the Jacobian against the right-hand side. */
 #ifndef KR_GSL_H
 #define KR_GSL_H

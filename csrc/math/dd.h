@@ -1,6 +1,6 @@
 /* Double-double numbers: unevaluated sums hi + lo of two doubles, with about 32 digits. This header
- * needs only libc and libm. The relative error of a sum or product is a small multiple of 2^-104
- * (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
+ * needs only libc and libm. The relative error of a sum or product is at most a small multiple of
+ * 2^-104 (Joldes, Muller, Popescu, ACM TOMS 44, 2017). The operations require strict floating-point
  * evaluation: compile with -ffp-contract=off, and never with -ffast-math. Functions named dd_...
  * round their results to double-double; two_sum and two_product are exact. If KR_DD_LANES is
  * defined, hi and lo are vectors of doubles (simd.h), and the result in each lane is bitwise equal
@@ -126,8 +126,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b like dd_div, but faster, because it needs only one division of doubles instead of
- * two. Requires that 1 / b is a normal double. */
+/* Returns a / b like dd_div, but faster, because it needs only one double-precision division
+ * instead of two. Requires that 1 / b is a normal double. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -135,8 +135,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a. Returns 0 for a < 0, because a negative argument is a zero with a
- * rounding error. */
+/* Returns the square root of a. Returns 0 for a < 0, because a negative argument is assumed to be a
+ * zero with a rounding error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_part x = part_sqrt(a.hi);

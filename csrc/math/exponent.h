@@ -1,6 +1,6 @@
 /* The fraction and the exponent of a double, extracted from its bits. The functions return the same
- * results as frexp and ldexp in libm, in a fifth of the time. Zero, subnormal, infinite and NaN
- * arguments are passed to libm. */
+ * results as frexp and ldexp in libm, but take a fifth of the time. Zero, subnormal, infinite and
+ * NaN arguments are passed to libm. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>
@@ -33,8 +33,8 @@ static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the exponent of the smallest power of two above |x|, but at most 1023. Returns 0 if x is
- * zero. */
+/* Returns the exponent of the smallest power of two greater than |x|, but at most 1023. Returns 0
+ * if x is zero. */
 static inline int power_above(double x)
 {
     int exponent = 0;

@@ -25,12 +25,12 @@
 #  define KR_FUSED
 #endif
 
-/* A kernel is a single loop without function calls, because a call would require all vector
- * registers to be saved to memory. APART marks functions that a kernel rarely calls, and which are
- * therefore not inlined. If KR_SMALL is defined, the compiler decides what to inline, which makes
- * the code smaller. Files with long functions define KR_LONG_FUNCTIONS. Without fused multiply-add,
- * the compiler also decides what to inline in such files, if the build includes faster instruction
- * sets or defines KR_ONE_ISA. */
+/* A kernel is a single loop without function calls, because a call would force all vector registers
+ * to be saved to memory. APART marks functions that a kernel rarely calls and that are therefore
+ * not inlined. If KR_SMALL is defined, the compiler decides what to inline, which makes the code
+ * smaller. Files with long functions define KR_LONG_FUNCTIONS. Without fused multiply-add, the
+ * compiler also decides inlining in such files, if the build has faster instruction sets or defines
+ * KR_ONE_ISA. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -71,8 +71,8 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if the processor at hand supports the instruction set. The features
- * are tested one by one, because some compilers do not know the names of levels such as
+/* Each function returns nonzero if the processor it runs on supports the instruction set. The
+ * features are tested individually, because some compilers do not recognize level names such as
  * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 /* The name of the variant of `thing` that does not use vectors. AVX-512 uses the AVX2 variant,

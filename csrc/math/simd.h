@@ -1,10 +1,10 @@
-/* Vectors of doubles with independent lanes, one lane for each top. The results in a lane are
- * bitwise equal for all vector widths. The type `wide` has as many lanes as a vector of the
- * instruction set: 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or if KR_ONE_LANE
- * is defined, a `wide` has one lane. The operators + - * / and unary - apply to values of type
- * `wide`, also in combination with a double. A `mask` holds one Boolean value for each lane. Only
- * wide_fma uses fused multiply-add, and only if the hardware has it. This header is compiled once
- * for each instruction set. */
+/* Vectors of doubles with independent lanes, one lane per top. The result in a lane is bitwise the
+ * same for all vector widths. The type `wide` has as many lanes as a vector of the instruction set:
+ * 8 for x86-64-v4, 4 for v3, 2 for SSE2 and NEON. In plain C99, or if KR_ONE_LANE is defined, a
+ * `wide` has one lane. The operators + - * / and unary - apply to values of type `wide`, which may
+ * be combined with a double. A `mask` holds one Boolean value per lane. Only wide_fma uses fused
+ * multiply-add, and only if the hardware has it. This header is compiled once for each instruction
+ * set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -103,7 +103,7 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
-/* Loads one double for each lane, from any address. */
+/* Loads one double per lane, from any address. */
 INLINE wide wide_load(const double *p)
 {
     wide a;
@@ -111,7 +111,7 @@ INLINE wide wide_load(const double *p)
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* The functions wide_bits and wide_of_bits convert between doubles and their bits. */
+/* The functions wide_bits and wide_of_bits convert between doubles and their bit patterns. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;
@@ -124,8 +124,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Marks the end of code with wide vectors. Without this call, subsequent code with narrower vectors
- * would run slowly. */
+/* Marks the end of code that uses wide vectors. Without this call, subsequent code with narrower
+ * vectors would run slowly. */
 INLINE void wide_leave(void)
 {
 #if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN

@@ -1,7 +1,7 @@
-/* Sums of products without cancellation errors. All products are exact. Their sum is as accurate as
- * if computed with four times the precision of a double (SumK of Ogita, Rump and Oishi, SISC 26,
- * 2005). The sums for the three components of a vector are interleaved, because independent
- * operations can be executed in parallel. */
+/* Sums of products, computed without cancellation errors. All products are exact. The sums are as
+ * accurate as if computed with four times the precision of a double (SumK of Ogita, Rump and Oishi,
+ * SISC 26, 2005). The sums for the three components of a vector are interleaved, because
+ * independent operations can be executed in parallel. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
@@ -49,7 +49,7 @@ static inline void split_product(double a, double b, const split_vec *v, int fro
         x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
     }
 }
-/* Returns q* v q, for a quaternion q of any norm. */
+/* Returns q* v q for a quaternion q of arbitrary norm. */
 static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};

@@ -1,6 +1,6 @@
-/* Vectors and unit quaternions (SU(2)), passed by value. Names of functions on vectors begin with
- * v_, and names of functions on quaternions with q_. A unit quaternion q rotates the vector v to q
- * v q*. In the thesis (Bodack 2008), the element of su(2) that represents a vector is half the pure
+/* Vectors and unit quaternions (SU(2)), passed by value. Names of vector functions begin with v_,
+ * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*. In
+ * the thesis (Bodack 2008), the element of su(2) that represents a vector is half the pure
  * quaternion of the vector, and Phi^-1 denotes q. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
@@ -38,7 +38,7 @@ static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y 
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
 /* Returns the unit vector along a, which must not be zero. A tiny vector is scaled up first,
- * because the reciprocal of its length would overflow. */
+ * because the reciprocal of its norm would overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -72,17 +72,17 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is nearer to `last`. Both describe the same attitude; the choice
+/* Returns q or -q, whichever is closer to `last`. Both describe the same attitude; the choice
  * avoids jumps between successive quaternions. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns the normalized quaternion q / |q|. Requires that |q| differs from 1 only by rounding
- * errors. One Newton step suffices and needs no square root. The correction is added to q.
- * Multiplying q by a factor near 1 would round the factor with a bias, and over 1e6 steps the
- * energy would drift by 1e-12. */
+/* Returns the normalized quaternion q / |q|. Assumes that |q| differs from 1 only by rounding
+ * errors. One Newton step is then sufficient, and no square root is needed. The correction is added
+ * to q. Multiplying q by a factor near 1 would introduce a rounding bias, causing an energy drift
+ * of 1e-12 over 1e6 steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -96,14 +96,14 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-/* Returns q v q*. If q is an attitude, this converts v from the body frame to space. */
+/* Returns q v q*. If q is an attitude, converts v from the body frame to the space frame. */
 static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
     return v_add(v, v_axpy(q.w, s, v_cross(u, s)));
 }
 static inline kr_vec3 q_turn_back(kr_quat q, kr_vec3 v) { return q_turn(q_conj(q), v); }
-/* Returns q e3 q*: the third body axis in space. */
+/* Returns q e3 q*, the third body axis in the space frame. */
 static inline kr_vec3 q_axis(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
@@ -116,28 +116,28 @@ static inline kr_vec3 q_vertical(kr_quat q)
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 
-/* Returns the unit quaternion of the rotation with the rotation vector r. */
+/* Returns the unit quaternion of the rotation by the rotation vector r. */
 static inline kr_quat q_exp(kr_vec3 r)
 {
     double c, s;
     cos_sinc(0.25 * v_dot(r, r), &c, &s);
     return q4(c, v_scale(0.5 * s, r));
 }
-/* Returns q (c + s k): a rotation about the third axis of the body, followed by q. */
+/* Returns q (c + s k): a rotation about the third body axis, followed by q. */
 static inline kr_quat q_mul_z(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the shortest rotation from e3 to the unit vector a. If a.z < -1/2, returns a half turn
- * about the first axis, followed by the shortest rotation from -e3 to a. */
+/* Returns the smallest rotation that maps e3 to the unit vector a. If a.z < -1/2, returns a half
+ * turn about the first axis, followed by the smallest rotation from -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the unit quaternion of the orthonormal frame with the axes n, b, t. The largest component
- * is computed first, to avoid division by a small number (Shepperd 1978). */
+/* Returns the unit quaternion of the orthonormal frame with axes n, b, t. The largest component is
+ * computed first, to avoid division by a small number (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

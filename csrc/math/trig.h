@@ -1,7 +1,7 @@
 /* Sine, cosine and arc tangent with errors of at most 2 ulp. The functions use only + - * / and
  * sqrt, which are correctly rounded, and fmod, which is exact. The results of different versions of
- * libm differ in the last bits, and so would all states computed from them. With the functions
- * below, the states are bitwise equal for every compiler, every libm, and WebAssembly. The
+ * libm differ in the last bits, and this would affect all computed states. With the functions
+ * below, states are bitwise identical for every compiler and every libm, and in WebAssembly. The
  * functions sum power series, and use neither tables nor fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
@@ -30,7 +30,7 @@ static inline void cos_sinc_small(double z, double *c, double *s)
 }
 
 /* Writes the sine and cosine of any x. Beyond 2^19, x is reduced modulo the double nearest to 2 pi.
- * The resulting error is smaller than that due to the rounding of x itself. */
+ * The resulting error is smaller than the effect of rounding x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
     /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */

@@ -6,7 +6,7 @@
  * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist
  * makes the total rotation about this axis exact. Theorem 4.2 of the thesis (Bodack 2008) has 2
  * atan(h c / 2 I3) instead of h c / I3. Since R commutes with the drift and the kick, R^n is stored
- * separately and applied only when a state is read. */
+ * separately and applied only when the state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"

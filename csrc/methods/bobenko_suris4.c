@@ -6,13 +6,13 @@
  * and a modified energy (kr_state_modified_energy4). Since e depends on the orbit, the map
  * conserves the symplectic form only up to O(h^7) per step. A step size h is refused if 2 h^2 |E|
  * or h^2 * mass * gravity * |com| exceeds 1, in units with I1 = 1, where E excludes the energy of
- * the spin. For larger steps, the rates may not exist, or the kick may not be small. The rates are
- * computed once, from the initial state. */
+ * the spin. For larger steps, the rates may be undefined, or the kick may not be small. The rates
+ * are computed once, from the initial state. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The additional rotations about e3 and a are the same in every step. These rotations are not
- * applied step by step. Reading the state after n steps applies both rotations with n times their
+/* The additional rotations about e3 and a are the same in every step. They are not applied step by
+ * step. Instead, reading the state after n steps applies both rotations with n times their
  * angles. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */

@@ -5,8 +5,8 @@
  * row without kicks composes any symmetric method of order 2, such as Strang splitting, with b_i =
  * (a_i + a_(i+1)) / 2. Such rows of orders 6 and 8 are cheaper than repeated composition with
  * Suzuki's coefficients. A row with kicks begins and ends with a drift (b_0 = 0). If the drift is
- * exact and the kick does not change q, only the order conditions of the Nystrom case apply, which
- * are fewer. */
+ * exact and the kick leaves q unchanged, only the fewer order conditions of the Nystrom case
+ * apply. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -41,8 +41,8 @@ static const struct {
 };
 
 /* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
- * step size. The last kick of a step is combined with the first kick of the next step. Between
- * steps, m is therefore ahead by the kick b_0 (`ahead`). */
+ * step size. The last kick of a step is merged with the first kick of the next step. Between steps,
+ * m is therefore ahead by the kick b_0 (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

@@ -1,6 +1,6 @@
 /* Code shared by the compositions of kicks and free drifts, which combine splitting.h with the
- * coefficients of compose.h. The methods conserve <m,e3>, and for Lagrange tops and free symmetric
- * bodies also <m,T>. The error of the energy is bounded and O(h^order). */
+ * coefficients of compose.h. The methods conserve <m,e3>, and for Lagrange tops and torque-free
+ * symmetric bodies also <m,T>. The energy error is bounded and O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"

@@ -3,15 +3,15 @@
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L, and the space axes E1, E2, E3. All these vectors have components along the body axes.
- * The system has twelve equations, as many as in the rest frame (extrap.c), so that the two
- * formulations can be compared. The method conserves no integrals. */
+ * The system has twelve equations, the same number as in the rest frame (extrap.c), so the two
+ * formulations can be compared. The method does not conserve the integrals of motion. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return motion_velocity(motion, v_of(y));
 }
-/* Converts a vector from the body frame to space. */
+/* Converts a vector from the body frame to the space frame. */
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));

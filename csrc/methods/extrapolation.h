@@ -1,12 +1,12 @@
 /* Gragg-Bulirsch-Stoer extrapolation with order and step-size control, for any formulation of the
  * motion with twelve equations. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps
- * and Gragg's smoothing. The expansion of its error has only even powers of 1 / n_j. The
+ * and Gragg's smoothing. The expansion of its error contains only even powers of 1 / n_j. The
  * Aitken-Neville scheme therefore gives the better approximations
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step is accepted at row j if the norm of T(j,j) - T(j,j-1) is at most tol. The norm is that of
  * the thesis (Bodack 2008, 4.1.1). The target row of the next step is the row with the least work
- * per unit of time. The rules and constants of the step-size control follow ODEX (Hairer, Norsett,
- * Wanner, II.9). The method conserves no integrals. */
+ * per unit time. The rules and constants of the step-size control follow ODEX (Hairer, Norsett,
+ * Wanner, II.9). The method does not conserve the integrals of motion. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -15,14 +15,14 @@
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
 /* A formulation of the equations of motion in the variables y. The functions convert a state to y,
- * compute the time derivative of y, and convert y to the angular velocity, momentum and attitude in
- * space. */
+ * compute dy/dt, and convert y to the angular velocity, momentum and attitude in the space
+ * frame. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
     kr_vec3 (*velocity)(const kr_motion *motion, const double y[GBS_SIZE]);
     kr_vec3 (*momentum)(const kr_motion *motion, const double y[GBS_SIZE]);
-    /* Returns q or -q, whichever is nearer to `last`. */
+    /* Returns q or -q, whichever is closer to `last`. */
     kr_quat (*attitude)(const double y[GBS_SIZE], kr_quat last);
 } gbs_form;
 
@@ -37,7 +37,8 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-/* A trial step of length h that starts at y. Rows count from 1, as in Hairer, Norsett, Wanner. */
+/* A trial step of length h that starts from y. Rows are numbered from 1, as in Hairer, Norsett,
+ * Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
@@ -101,8 +102,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row, an estimate of the error of that row, and the next step size that it suggests.
- * Returns 0 if the rows do not converge or are not finite. */
+/* Computes a row, an estimate of its error, and the next step size suggested by this estimate.
+ * Returns 0 if the rows fail to converge or are not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -120,7 +121,7 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
 }
 /* Returns the first row from `from` to target + 1 that meets the tolerance. Returns GBS_REJECTED as
  * soon as the remaining rows are unlikely to reduce the error enough. Returns GBS_UNSTABLE if the
- * rows do not converge. */
+ * rows fail to converge. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -134,7 +135,7 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the target row of the next step: the row with the least work per unit of time. */
+/* Returns the target row of the next step: the row with the least work per unit time. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -161,7 +162,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
-/* Returns the step size and the row to try next, after an attempt that failed with this outcome. */
+/* Returns the step size and row to try next, after a trial step with this outcome. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_least(tried.target, a->row);
@@ -191,9 +192,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts a trial step that ends at the internal time `end`. To choose the sign of q, compares q
+/* Accepts a trial step that ends at `end`, in internal time. To choose the sign of q, compares q
  * with a rotation at the mean angular velocity. The previous q does not determine the sign, because
- * the top may rotate by more than half a turn in a step. */
+ * the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

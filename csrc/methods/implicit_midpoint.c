@@ -3,9 +3,10 @@
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
  * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
  * this expression for V, h is the momentum of the rotor; elsewhere h is the step size. The vector
- * a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. Newton's
- * iteration solves the equation for V (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and
- * <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and O(h^2). */
+ * a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. The
+ * equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves
+ * |q| and <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and
+ * O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -22,8 +23,8 @@ typedef struct {
     kr_vec3 residual; /* J V - (M - h) */
 } attempt;
 
-/* Evaluates a trial step with the approximation V of the angular velocity. M and P are the momentum
- * and the vertical at the beginning of the step, in the body frame. */
+/* Evaluates a trial step with the approximate angular velocity V. M and P are the momentum and the
+ * vertical at the beginning of the step, in the body frame. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -33,8 +34,8 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), v_sub(a.M, motion->rotor));
     return a;
 }
-/* Returns the Newton correction, which is to be subtracted from V. Each column of the linear system
- * is the derivative of the residual with respect to one component of V. */
+/* Returns the Newton correction to be subtracted from V. Each column of the linear system is the
+ * derivative of the residual with respect to one component of V. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -1,6 +1,6 @@
 /* Nine substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each consisting of
  * half a kick, a free drift and half a kick. The method conserves <m,e3>, and for Lagrange tops and
- * free symmetric bodies also <m,T>. The error of the energy is bounded and O(h^6). */
+ * torque-free symmetric bodies also <m,T>. The energy error is bounded and O(h^6). */
 #include "composed.h"
 
 static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)

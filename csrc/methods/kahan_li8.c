@@ -1,6 +1,6 @@
 /* Seventeen substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each
  * consisting of half a kick, a free drift and half a kick. The method conserves <m,e3>, and for
- * Lagrange tops and free symmetric bodies also <m,T>. The error of the energy is bounded and
+ * Lagrange tops and torque-free symmetric bodies also <m,T>. The energy error is bounded and
  * O(h^8). */
 #include "composed.h"
 

@@ -36,7 +36,7 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     return kick;
 }
 /* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector is
- * cheaper to compute and has the same cross product with e3. */
+ * cheaper to compute than q L q*, and has the same cross product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -59,7 +59,7 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
     return v_add(m, modified_kick_push(kick, q, part));
 }
 /* Returns 1 if a step rotates the top by at most `most` [rad]. The rotation is estimated from the
- * largest rate that the energy permits, or from the rate due to the rotor if that is larger. */
+ * largest rate permitted by the energy, or from the rate due to the rotor if this is larger. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
@@ -71,7 +71,7 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     const double carried = v_length(kick->rotor) * v_largest(kick->inverse);
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
-/* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
+/* Applies the flow of G, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
  * (smallest moment) exceeds 2, because then the modification of the potential is not small. For a
  * ratio above 12, the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,

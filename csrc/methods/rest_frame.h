@@ -2,9 +2,9 @@
  * mass M, the gravity vector p, the centre of mass a, and the angular velocity w, all in space,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.
- * The momentum h of a rotor, h_N N + h_B B + h_T T, is added to A w. The equations do not enforce
- * that (N, B, T) is orthonormal. After numerical integration, (N, B, T) is orthonormal only up to
- * the error of the method. */
+ * The rotor momentum h = h_N N + h_B B + h_T T is added to A w. The equations do not enforce the
+ * orthonormality of (N, B, T). After numerical integration, (N, B, T) is orthonormal only up to the
+ * error of the method. */
 #ifndef KR_REST_FRAME_H
 #define KR_REST_FRAME_H
 #include "method.h"

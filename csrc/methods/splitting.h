@@ -3,13 +3,13 @@
  * A kick changes only m, and a drift changes only q (McLachlan 1993, Reich 1994). The flow of the
  * term with |m|^2 is a rotation about m, which commutes with the flows of the other two kinetic
  * terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and needs two rotations. A
- * general body needs four rotations: about m, about N, about T, and about N again. In this case,
- * the local error of the drift is of third order in the step size. The error is smallest if B is
- * the axis of the intermediate moment. A rotor with momentum h adds a constant rate to the rotation
- * about each axis: -h_N / I_N about N, and so on. A rotation about B is then also needed. For a
- * symmetric body, the drift remains exact if the rotor is along T. Sums are compensated: the
- * rounding error of each sum is stored and added to the next sum (Kahan 1965). The energy is then
- * affected only by rounding errors of the changes of q and m per step, which are small. */
+ * general body needs four rotations: about m, about N, about T, and about N again. The local error
+ * of the drift is then of third order in the step size. The error is smallest if B is the axis of
+ * the intermediate moment. A rotor with momentum h adds a constant rate to the rotation about each
+ * axis: -h_N / I_N about N, and so on. A rotation about B is then also needed. For a symmetric
+ * body, the drift remains exact if the rotor is along T. Sums are compensated: the rounding error
+ * of each sum is stored and added to the next sum (Kahan 1965). The energy is then affected only by
+ * rounding errors in the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -66,7 +66,7 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
 }
 
 /* The momentum m in the body frame, and r, the product of the rotations about N and T so far minus
- * the identity. The momentum rotates in the opposite direction. */
+ * the identity. In the body frame, the momentum rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -77,9 +77,9 @@ static inline splitting_body splitting_body_of(const splitting *s)
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. The
- * arguments m1 and m2 are the components of the momentum along axes 1 and 2. The arguments w, r0,
- * r1, r2 are the components of splitting_body.r. */
+/* Rotates by the angle 2 * half about axis 0, where axes 0, 1 and 2 are a cyclic permutation of N,
+ * B and T. The arguments m1 and m2 are the components of the momentum along axes 1 and 2. The
+ * arguments w, r0, r1, r2 are the components of splitting_body.r. */
 static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
                                   double *r1, double *r2)
 {
@@ -139,8 +139,8 @@ static inline void splitting_turn_rotor(splitting_body *b, const splitting *s, d
     splitting_turn(half * (s->n * b->m.x + s->rotor.x), &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y,
                    &b->r.z);
 }
-/* Applies the drift of a body with a rotor. The function is not inline, to keep the code for other
- * bodies short. */
+/* Applies the drift of a body with a rotor. The function is not inline, which keeps the code for
+ * other bodies short. */
 static void splitting_drift_rotor(splitting *s, double part)
 {
     splitting_body b = splitting_body_of(s);

@@ -1,10 +1,10 @@
 /* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q, the
  * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Newton's iteration solves
- * the equation for r. The momentum m is constant. Each step conserves the energy of the free body,
- * and <m,T> if I_N = I_B, up to the tolerance of the iteration. Over 10^6 steps, the energy and
- * <m,T> change by 1e-12 to 1e-10. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation for r is solved
+ * by Newton's method. The momentum m is constant. Each step conserves the energy of a torque-free
+ * body, and <m,T> if I_N = I_B, up to the tolerance of the iteration. Over 10^6 steps, the energy
+ * and <m,T> change by 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"

@@ -1,7 +1,7 @@
 /* Half a kick, a discrete Moser-Veselov drift (veselov.h), and half a kick. The two half kicks
  * between successive steps are combined. The method conserves <m,e3>, and for Lagrange tops also
- * the axial momentum. The energy of a free body is also conserved. For all other tops, the error of
- * the energy is bounded and O(h^2). */
+ * the axial momentum. The energy of a torque-free body is also conserved. For all other tops, the
+ * energy error is bounded and O(h^2). */
 #include "veselov.h"
 
 typedef struct {

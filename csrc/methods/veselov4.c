@@ -5,9 +5,9 @@
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
  * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, whereas a kick changes
- * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free
- * bodies. The method refuses steps in which the top may rotate by more than 1.25 rad, because the
- * series in h would not approximate the moments. */
+ * both. The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of
+ * torque-free bodies. Steps in which the top may rotate by more than 1.25 rad are refused, because
+ * the series in h would not approximate the moments. */
 #include "modified_kick.h"
 #include "veselov.h"
 

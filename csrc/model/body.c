@@ -1,6 +1,6 @@
-/* Bodies: inertia at the fixed point, principal axes, and kind. J = J_com + mass * (|a|^2 1 - a
- * a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are found by Jacobi's
- * eigenvalue method, which is accurate even if principal moments coincide. */
+/* Bodies: inertia about the fixed point, principal axes, and kind (integrable case). J = J_com +
+ * mass * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are
+ * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
 #include "body.h"
 
 /* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
@@ -33,8 +33,8 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Checks the body `b`, and copies it to `out` if the body is valid. Returns the status of the
- * check. */
+/* Validates the body `b`, and copies it to `out` if it is valid. Returns the status code of the
+ * validation. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -72,7 +72,7 @@ static int is_spherical(const kr_body *b)
     const kr_vec3 i = b->inertia;
     return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
-/* Returns the kind of the body, disregarding its rotor. */
+/* Returns the kind (integrable case) of the body, disregarding its rotor. */
 static kr_kind kind_without_rotor(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
@@ -100,9 +100,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps for a kind assume a body without a rotor. A rotor along the
- * axis of symmetry is also permitted. Such a rotor only adds the constant rate -rotor / I3 to the
- * rotation about this axis. */
+/* The closed-form solutions and maps for a kind generally assume a body without a rotor. A rotor
+ * along the symmetry axis is also permitted. Such a rotor only adds the constant rate -rotor / I3
+ * to the rotation about this axis. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -112,7 +112,7 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
                : KR_KIND_GENERAL;
 }
 
-/* Permutes the components of `v` cyclically so that the component with index `last` becomes the
+/* Cyclically permutes the components of `v` so that the component at index `last` becomes the
  * third. */
 static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
@@ -128,7 +128,7 @@ int kr_body_last_axis(const kr_body *b)
     return (middle + 1) % 3;
 }
 /* Returns working axes of a spherical body, with T along `last`. The moments of the body refer to
- * other axes, and are therefore replaced by their mean. */
+ * different axes, and are therefore replaced by their mean. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -230,8 +230,8 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* Returns 1 if the distance of the centre of mass from the distinct axis can be due to rounding
- * errors. If the moments are nearly equal, small errors of the inertia tensor cause large rotations
+/* Returns 1 if the distance of the centre of mass from the distinct axis may be due to rounding
+ * errors. If the moments are nearly equal, small errors in the inertia tensor cause large rotations
  * of the axes. */
 static int is_axis_through_com(const kr_body *b, int axis)
 {
@@ -243,8 +243,8 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
 /* Returns the principal axes nearest to the frame of description, for a body with two equal
- * moments. If this is consistent with the rounding errors of the tensor, the distinct axis passes
- * exactly through the centre of mass. */
+ * moments. If consistent with the rounding errors of the tensor, the distinct axis passes exactly
+ * through the centre of mass. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
@@ -299,7 +299,7 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* Jacobi's method converges quadratically, so that 16 sweeps are more than enough. */
+        /* Jacobi's method converges quadratically, so 16 sweeps are more than enough. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         set_axes(&b, nearest_axes(b.axes), a, com);

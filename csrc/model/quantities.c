@@ -98,8 +98,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
- * vertical, one of the two results is undefined, and is set to 0. Adding 0.0 turns negative zeros
- * into positive ones. */
+ * vertical, one of the two is undefined and is set to 0. Adding 0.0 turns negative zeros into
+ * positive zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -205,8 +205,8 @@ static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
                   eased = divide_by_moments(apex, scene->body.inertia);
     const double spin = v_dot(V, apex), most = scene->friction,
                  needed = -v_dot(gain, apex) / v_dot(apex, eased);
-    /* A spin at the level of rounding errors is treated as zero. Friction then holds the top if the
-     * required torque is within its limit. */
+    /* A spin at rounding level is treated as zero. Friction then holds the top if the required
+     * torque is within its limit. */
     const int holds = fabs(spin) <= KR_SPIN_OF_HELD * v_largest(V) && fabs(needed) <= most;
     return v_axpy(holds ? needed : spin > 0.0 ? -most : most, eased, gain);
 }

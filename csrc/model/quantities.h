@@ -1,4 +1,4 @@
-/* The table of quantities, and the components that events can use. */
+/* The table of quantities, and the components that can be used in events. */
 #ifndef KR_QUANTITIES_H
 #define KR_QUANTITIES_H
 #include "kreisel.h"
@@ -21,12 +21,12 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* A top whose spin is at most this fraction of its angular velocity is considered to be held by
- * friction. */
+/* A top is considered to be held by friction if its spin is at most this fraction of its angular
+ * velocity. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
 /* The function kr_state_<name> computes the quantity <name>. The return type depends on the number
- * of doubles of the quantity. */
+ * of doubles in the quantity. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -50,7 +50,7 @@ static inline kr_component kr_component_of(int number)
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
     return component;
 }
-/* Returns 1 if the component changes when the top is rotated about the vertical. */
+/* Returns 1 if rotating the top about the vertical changes the component. */
 int kr_component_is_turned(int number);
 /* Returns the value of a component at a state, or NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);

@@ -22,7 +22,7 @@ typedef struct quantity_point {
     kr_vec3 apex;         /* unit vector to the centre of mass, or T */
     double reach, weight; /* |com|; mass * acceleration along -e3 */
 } quantity_point;
-/* An infinitesimal change of the state and of the parameters, and the resulting changes of the
+/* An infinitesimal change in the state and the parameters, and the resulting changes in the
  * vectors. */
 typedef struct quantity_change {
     kr_vec3 described_turn; /* theta in the frame of description */
@@ -35,7 +35,7 @@ typedef struct quantity_change {
 } quantity_change;
 typedef void quantity_tangent(const quantity_point *at, const quantity_change *by, double out[]);
 
-/* Returns the vector that has the components v along three given axes. */
+/* Returns the vector with components v along three given axes. */
 static kr_vec3 sum_along(const kr_vec3 axes[3], kr_vec3 v)
 {
     return v_axpy(v.x, axes[0], v_axpy(v.y, axes[1], v_scale(v.z, axes[2])));
@@ -133,7 +133,7 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
 /* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
- * nodes n. The derivatives of the angles are therefore the scalar products of this vector with the
+ * nodes n. The derivatives of the angles are therefore the dot products of this vector with the
  * dual basis. */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
@@ -199,14 +199,14 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns the total change of a vector v that changes by dv and is also rotated by the small angle
+/* Returns the total change in a vector v that changes by dv and is also rotated by the small angle
  * `turn` about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Writes the vectors and their changes. Returns 0 if the integral has no derivative, because the
- * body is not of this kind, or does not remain of this kind. */
+/* Writes the vectors and their changes. Returns 0 if the integral has no derivative: the body is
+ * not of this kind, or the perturbation does not preserve the kind. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -304,7 +304,7 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     const double by_phase = by->amplitude * square * sine;
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
-/* Sets the changes of the vectors from the changes of the parameters and of the state. `column` is
+/* Computes the changes in the vectors from the changes in the parameters and the state. `column` is
  * a column of the tangents. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
@@ -326,7 +326,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Writes the change of the parameters that belongs to each column of the tangents. */
+/* Writes the parameter change that corresponds to each column of the tangents. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;

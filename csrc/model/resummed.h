@@ -34,7 +34,7 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
 /* Returns the step size h of the top that corresponds to the step size r->step of the map. Sets the
- * other members of r. */
+ * remaining members of r. */
 static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
@@ -52,7 +52,7 @@ static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-/* Finds the step size of the map that corresponds to a step size h of the top, by the secant
+/* Solves for the step size of the map that corresponds to a step size h of the top, by the secant
  * method. */
 static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)
 {

@@ -1,5 +1,5 @@
-/* Internal units of a top. Each internal unit is a power of two times the user's unit. Changing the
- * user's units of mass, length and time by powers of two therefore changes all results by exact
+/* Internal units of a top. Each internal unit is a power of two times the user's unit. Scaling the
+ * user's units of mass, length and time by powers of two therefore scales all results by exact
  * powers of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
@@ -11,8 +11,8 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. The factors are scaled because the lever
- * may exceed the range of doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. The factors are scaled because their
+ * product, weight * com, may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
@@ -21,11 +21,11 @@ typedef struct kr_pull {
 /* Returns the mass, gravity and `com` of a scene, scaled by powers of two. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Returns the kind of the top. Without gravity, a top is a free body regardless of its centre of
- * mass. */
+/* Returns the kind of the top. Without gravity, a top is a torque-free body regardless of its
+ * centre of mass. */
 kr_kind kr_scene_kind(const kr_scene *scene);
-/* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms of friction and of moving
- * supports, and refuses scenes that need them. */
+/* If KR_NO_SUPPORTS is defined, the Taylor method omits the terms for friction and moving supports,
+ * and refuses scenes that need them. */
 #ifdef KR_NO_SUPPORTS
 #  define KR_HAS_SUPPORTS 0
 #else
@@ -51,7 +51,7 @@ static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Returns 1 if damping, friction or the support motion excludes a closed-form solution. If `own` is
+/* Returns 1 if damping, friction or support motion rules out a closed-form solution. If `own` is
  * nonzero, the driver converts states from the inertial frame, so the support may rotate about the
  * vertical. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
@@ -60,7 +60,7 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
     if (own && kr_scene_turns_about_vertical(scene)) at_rest.turning.z = 0.0;
     return kr_scene_is_disturbed(&at_rest);
 }
-/* Checks a scene like kr_scene_check, but does not check the body. */
+/* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
 /* Constants that determine the unit of time: the unit of moments, the reciprocal of this unit, and
@@ -88,7 +88,7 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the same horizon as kr_scene_horizon, but uses units and working axes that are already
- * known. */
+/* Returns the same horizon as kr_scene_horizon, given units and working axes that have already been
+ * computed. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -1,4 +1,4 @@
-/* The recurrence of tangents.h: computation of the coefficients, and evaluation of the series. This
+/* Implements the recurrence of tangents.h: computes the coefficients and evaluates the series. This
  * source is compiled four times for each instruction set: in doubles (quat_simd.h) and in
  * double-double (quat_simd_dd.h), for single deviations (deviation_single.h) and for batches
  * (deviation_batch.h). The last two headers define three types. A `triple` holds one vector for
@@ -8,9 +8,9 @@
  * coefficient last, because all other terms can be added before it is known. */
 #include "tangents.h"
 
-/* Coefficients in the permuted form that the products need. The coefficients of the path, `w` of W
- * and `p` of P, have the order (prev | next), and are preceded by BEFORE zeros. The coefficients of
- * a deviation, `turn` of theta, `push` of N and `cross` of c x theta, have the order (next |
+/* Coefficients in the permuted form that the products need. The path coefficients (`w` for W, `p`
+ * for P) are stored in the order (prev | next) and preceded by BEFORE zeros. The coefficients of a
+ * deviation (`turn` for theta, `push` for N, `cross` for c x theta) are stored in the order (next |
  * prev). */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];

@@ -1,5 +1,5 @@
-/* The types and operations of deviation.h for batches. The eight lanes hold one component of eight
- * deviations. A triple consists of three hardware vectors, one for each axis, so cyclic
+/* The types and operations of deviation.h for batches. The eight lanes hold the same component of
+ * eight deviations. A triple consists of three hardware vectors, one for each axis, so cyclic
  * permutations cost nothing. The sums of even and odd terms are computed one after the other,
  * because there are not enough registers for both. */
 #include "tangents.h"
@@ -25,7 +25,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* Returns a triple with the same vector for every deviation. */
+/* Returns a triple that contains the same vector for every deviation. */
 INLINE triple triple_of(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));

@@ -1,7 +1,7 @@
-/* The Taylor series for 20 and 30 digits. The head (the first terms) is computed in double-double
- * precision, and the tail (the remaining terms) in double precision. For 20 digits, the head has
- * only a few terms. For 30 digits, it has about half of all terms. This file is compiled once for
- * each instruction set. */
+/* The Taylor series for 20 and 30 digits. The head (leading terms) is computed in double-double
+ * precision, and the tail (remaining terms) in double precision. For 20 digits, the head has only a
+ * few terms. For 30 digits, it has about half of all terms. This file is compiled once for each
+ * instruction set. */
 #define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 #include "series.h"

@@ -1,9 +1,9 @@
 /* The recurrence of taylor.h: coefficients of the series, choice of the step size, and evaluation.
  * This source is compiled twice for each instruction set, after quat_simd.h for doubles and after
  * quat_simd_dd.h for double-double. Three properties make the recurrence fast. Every sum starts
- * with its middle terms and proceeds outwards, so that the two newest coefficients are needed last.
- * The terms (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so that
- * loops can be unrolled. */
+ * with its middle terms and proceeds outwards, so the two newest coefficients are needed last. The
+ * terms (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so loops can
+ * be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -42,13 +42,12 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
 }
 
 /* Adds the terms of the rotor to the permuted W_0. The products of W_n and W_0 then include the
- * contribution of the rotor to W_{n+1}. */
+ * rotor's contribution to W_{n+1}. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half of the product of W_j with itself. For j = 0, the terms of the rotor are
- * included. */
+/* Returns half the product of W_j with itself. If j = 0, the rotor terms are included. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
@@ -147,8 +146,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
 }
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. The
- * results have two correct digits, which suffice for a step size. Since the logarithm is later
- * divided by the order, approx_log2 may use the mantissa itself in place of its logarithm. */
+ * results are correct to two digits, which is sufficient for a step size. Since the logarithm is
+ * later divided by the order, approx_log2 may use the mantissa itself in place of its logarithm. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -179,7 +178,7 @@ INLINE double series_log2_radius(const kr_series *s, int n)
  * estimated from two terms (Jorba and Zou 2005), because every other term of an even or odd series
  * vanishes. The two terms are those before the last, so that the step size can be computed at the
  * same time as the last term. Very close to an unstable equilibrium, all terms are below the
- * tolerance and give no estimate. The step size is therefore limited so that, even if the top
+ * tolerance and give no estimate. The step size is therefore limited such that, even if the top
  * falls, the omitted terms are smaller than the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
@@ -270,7 +269,7 @@ INLINE void evaluate_sums(const kr_series *s, int from, int order, const double 
     quad_store(sum_w, w);
 }
 
-/* Starts the next step at the end of the last step. */
+/* Starts the next step from the end of the last step. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

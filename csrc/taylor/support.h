@@ -1,4 +1,4 @@
-/* The recurrence for tops with dry friction, or on a support that rotates or shakes. It uses the
+/* The recurrence for tops with dry friction or on a support that rotates or shakes. It uses the
  * equations of taylor.h with
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
@@ -7,8 +7,8 @@
  * the apex. All are in the body frame. G = base + sway cos(...) is the acceleration along -e3,
  * relative to the acceleration included in c. Like series.h, which includes it, this source is
  * compiled in doubles and in double-double. Without friction, lane 0 of W is unused. With friction,
- * lane 0 contains the spin <U, a> while the top slides. While friction holds the top, lane 0
- * contains the friction torque relative to the limit of friction. */
+ * lane 0 contains the spin <U, a> while the spin is nonzero (the top slides). While friction holds
+ * the top, lane 0 contains the friction torque relative to its maximum. */
 
 /* Series that are needed only during the expansion. In double-double, the low words follow at the
  * offset that vector loads and stores use. Member w holds U, and the lanes of member x hold G. */
@@ -80,7 +80,7 @@ INLINE quad turning_rates(duo turned, int n)
 {
     return quad_fma(quad_inverse(-n), duo_lo(turned), quad_mul(quad_inverse(n), duo_hi(turned)));
 }
-/* Returns the scalar product of lanes 1 to 3 of two vectors, in every lane. */
+/* Returns the dot product of lanes 1 to 3 of two vectors, in every lane. */
 INLINE quad dot_lanes(kr_series *own, quad a, quad b)
 {
     quad_store(own->end_w, quad_mul(a, b));
@@ -93,8 +93,8 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Given the (n + 1)-th coefficient of W without friction, returns the coefficient with friction
- * that holds the top, so that <U, a> remains constant. */
+/* Given coefficient n + 1 of W without friction, returns it with the friction that keeps <U, a>
+ * constant while the top is held. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),

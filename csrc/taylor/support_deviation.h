@@ -4,11 +4,11 @@
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
- * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
- * determined by the condition that the derivative of the spin <U, a> is zero. This source is
+ * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g
+ * follows from the condition that the derivative of the spin <U, a> vanishes. This source is
  * included once for doubles and once for double-doubles, like slow_terms.h. */
 
-/* The coefficients of the series for three components. */
+/* The coefficients of three-component series. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);

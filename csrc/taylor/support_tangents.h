@@ -8,8 +8,8 @@
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the momentum deviation of n single
- * deviations, at the end of the step of the path. Leaves deviations unchanged that do not affect
- * the spin. */
+ * deviations, at the end of the step of the path. Leaves deviations that do not affect the spin
+ * unchanged. */
 void kr_support_jump_tangents(const kr_motion *motion, double rate, const kr_series ended[2],
                               kr_tangent *first, size_t n, dd factor);
 #endif

@@ -7,8 +7,8 @@
 
 /* Limits on the number of parts of a step and on the number of attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Upper limit of the last term of a deviation, relative to the magnitude of the deviation, in
- * multiples of the tolerance of the path. For most paths, no term exceeds this limit. */
+/* Upper limit on the last term of a deviation, relative to its norm, in multiples of the tolerance
+ * of the path. For most paths, no term exceeds this limit. */
 static const double rest_over_tolerance = 0x1p9;
 
 /* The first part of the memory: the series of the path for one part of a step, in one or two words.
@@ -105,7 +105,7 @@ static size_t count_doubles(int digits, size_t n)
     return (sizeof(tangent_work) + most * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Writes the high word of a number, and also the low word if the motion has low words. */
+/* Writes the high word of a number, and also its low word if the motion has low words. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
@@ -228,7 +228,7 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
-/* Returns 1 if the support moves, or if a deviation is due to its motion. */
+/* Returns 1 if the support moves, or if a deviation results from support motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!KR_HAS_SUPPORTS) return 0;
@@ -236,7 +236,7 @@ static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed 
         if (seeds[i].timing >= KR_TIMING_AMPLITUDE || v_largest(seeds[i].turning) > 0.0) return 1;
     return kr_support_moves(motion->scene);
 }
-/* Starts n deviations at the end of the last step of the path. */
+/* Starts n deviations from the end of the last step of the path. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
@@ -361,9 +361,9 @@ static double largest_last_term(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
-/* Computes the series for a part that begins where the tangents are expanded. The part ends with
- * the step, or earlier if the last terms are too large there. Returns the largest relative last
- * term at the end of the part. */
+/* Computes the series for a part of a step that starts at the expansion point of the tangents. The
+ * part ends with the step, or earlier if the last terms are too large there. Returns the largest
+ * relative last term at the end of the part. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -437,8 +437,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
 }
 
 /* Computes the series for the part of the last step that contains the time `to`, unless it is
- * already in memory. Since times usually increase from one call to the next, each part is usually
- * recomputed at most once. */
+ * already in memory. Since times usually increase between calls, each part is usually recomputed at
+ * most once. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {
     tangent_work *c = tangent_work_of(memory);
@@ -465,9 +465,9 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }
-/* Converts a change of the momentum from the body frame to space. For up to 16 digits, the rotation
- * is computed in doubles, like that of the state. In double-double, the rotation would dominate the
- * cost of an output. */
+/* Converts a change in the momentum from the body frame to the space frame. For up to 16 digits,
+ * the rotation is computed in doubles, like that of the state. In double-double, the rotation would
+ * dominate the cost of an output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

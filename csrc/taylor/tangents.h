@@ -1,14 +1,14 @@
 /* Tangents of the heavy top as Taylor series, in addition to the series of the path. Private to
- * taylor/. A tangent is a deviation of the state, or a derivative of the state with respect to a
- * parameter. It consists of two vectors in the body frame: a rotation vector theta, which changes
- * the attitude q by q theta / 2, and the change N of the angular momentum m:
+ * taylor/. A tangent is an infinitesimal perturbation of the state, or the derivative of the state
+ * with respect to a parameter. It consists of two vectors in the body frame: a rotation vector
+ * theta, which changes the attitude q by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
- * to the parameter. Moving supports contribute further terms (support_deviation.h). B and F are
+ * to this parameter. Moving supports contribute further terms (support_deviation.h). B and F are
  * symmetric matrices. The equations are linear in theta and N, and require 18 products of
- * coefficients per term. The changes of the energy and of <m, e3> are conserved up to the
+ * coefficients per term. The changes in the energy and in <m, e3> are conserved up to the
  * tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H

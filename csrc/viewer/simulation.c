@@ -1,4 +1,4 @@
-/* The simulation that the viewer shows (see simulation.h). */
+/* The simulation displayed by the viewer (see simulation.h). */
 #include <math.h>
 #include "simulation.h"
 
@@ -37,7 +37,7 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measures of top i: all measures if `all` is nonzero, otherwise only integrals and
+/* Writes the measures of top i: all of them if `all` is nonzero, otherwise only integrals and
  * errors. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
@@ -88,7 +88,7 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the record by merging pairs of rows. Also moves the row after the last one, which holds
+/* Halves the record by merging rows in pairs. Also moves the row after the last one, which holds
  * the extrema since the last row. */
 static void halve_record(kr_simulation *simulation)
 {
@@ -137,8 +137,8 @@ static void store_state(kr_simulation_slot *a)
     a->attitudes[a->steps % KR_SIMULATION_TRACE] = a->now.q;
     a->momenta[a->steps % KR_SIMULATION_TRACE] = a->now.m;
 }
-/* Prepares the next free slot for a new top. Returns KR_OK, or a status that explains why the top
- * cannot be added. */
+/* Prepares the next free slot for a new top. Returns KR_OK, or a status code that explains why the
+ * top cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {

@@ -1,8 +1,8 @@
-/* A simulation: several tops with a common time, and a record of their measures. Time is counted in
- * integer ticks, so that multiples of different steps can be exactly equal. The states of each top
- * are computed at multiples of its own step. Tops are compared only at common multiples of their
- * steps; otherwise, the difference between the times would appear as an error. Results do not
- * depend on how the time is divided into calls. The amount of memory is fixed. */
+/* A simulation: several tops that share a common time, and a record of their measures. Time is
+ * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
+ * of each top are computed at multiples of its own step. Tops are compared only at common multiples
+ * of their steps; otherwise time differences would appear as errors. Results do not depend on how
+ * the simulated time is divided among calls. The amount of memory is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -23,7 +23,7 @@ enum {
     KR_SIMULATION_TOPS = 8,
     /* Number of attitudes stored for each top, one for each step. */
     KR_SIMULATION_TRACE = 4096,
-    /* Maximum number of rows of the record. When the record is full, pairs of rows are merged. */
+    /* Maximum number of rows of the record. When the record is full, rows are merged in pairs. */
     KR_SIMULATION_ROWS = 1024,
     /* Number of measurements of integrals and errors between two rows of the record. The number is
      * smaller if the tops have fewer times in common. */
@@ -103,12 +103,12 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Sets a floor for the last top. The motion ends where the height of the apex falls below `lowest`,
+/* Sets a floor for the last top. The motion ends when the height of the apex falls below `lowest`,
  * the cosine of the nutation at which the rim touches the floor. The top then remains in the last
  * state above this height. The time `stood` is interpolated within the following step. Without this
  * call, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
-/* Advances each top to the end of its last step that ends at or before `target`. Performs at most
+/* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
  * `most` steps in total. Returns the time reached. If the step budget is exhausted within a step of
  * a fast top, sets `is_late`; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);

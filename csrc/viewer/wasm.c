@@ -70,8 +70,8 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 }
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
- * precession, period of the nutation, and spin. The period is NaN if there is none. Returns NULL
- * for all other tops. */
+ * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
+ * Returns NULL for all other tops. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
