@@ -62,8 +62,8 @@ class Scene:
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
-    constructor. Because the momentum is rounded, the angular velocity of a needle about its own
-    axis has an error of about I1 / I3 times the unit roundoff.
+    constructor. Rounding of the momentum gives a needle's angular velocity about its own axis an
+    error of about I1 / I3 times the unit roundoff.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared

@@ -279,7 +279,7 @@ class _SphereCells(NamedTuple):
         return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def centres_and_reaches(self) -> tuple[Array, Array]:
-        """Return the centre of each cell, and a bound on its distance from other points of the cell."""
+        """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
