@@ -43,7 +43,7 @@ class TorusRates(NamedTuple):
 
 
 class _Signals(NamedTuple):
-    """The direction of the axis at given angles on the torus.
+    """The direction of the body axis at given angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
     about   sin(nutation) exp(i spin_angle)

@@ -280,6 +280,6 @@ def _compute_arc_points(
 def _horizontal_components(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
-    """Return the horizontal component of an axis as complex numbers, and its time derivative."""
+    """Return the horizontal projection of an axis as complex numbers, and its time derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)

@@ -65,7 +65,7 @@ def compute_cost(residuals: Array, loss: LossName) -> float:
 
 
 def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
-    """Return the evaluation with each row multiplied by the square root of its weight."""
+    """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
     if loss == "linear":
         return evaluation
     weight = (1.0 + evaluation.residuals**2) ** -0.25

@@ -230,7 +230,7 @@ class SearchSession:
             self._search_with_slow_growth(points[0][2])
 
     def _search_with_slow_growth(self, point: Point) -> None:
-        """Search from the scene's body, using slowly growing parts of the records.
+        """Search from the body of the scene, fitting slowly growing parts of the records.
 
         This prevents the search from losing the phase of an oscillation. The body of an initial
         guess is not used, because noise biases its moments of inertia and hence its frequencies.

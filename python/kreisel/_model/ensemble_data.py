@@ -157,7 +157,7 @@ class EnsembleData(Batch[S]):
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
-        """The scenes in the memory layout of the core."""
+        """The scenes as an array in the memory layout that the C core requires."""
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):

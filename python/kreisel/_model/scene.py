@@ -316,7 +316,7 @@ class Scene:
         shaking: ArrayLike | None = None,
         friction: float | None = None,
     ) -> Self:
-        """Build a symmetric top that spins about its axis, tilted from the vertical.
+        """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
                     the centre of mass, as path.spin [T^-1]. Without damping, friction and turning,

@@ -1,4 +1,4 @@
-"""Ensembles built from one scene: varied parameters, or random deviations.
+"""Ensembles built from one scene, by varying parameters or adding random perturbations.
 
 Euler's angles and the angular velocity w of a scene determine the rates of the angles:
     rate of the nutation    w_1 cos(precession) + w_2 sin(precession)

@@ -88,7 +88,7 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
 
 
 def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
-    """Plot the final values over two parameters, with a dot at each doubtful top."""
+    """Plot the final values over two parameters, and mark each doubtful top with a dot."""
     chart = new_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]
     (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))
