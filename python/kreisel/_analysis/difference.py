@@ -22,7 +22,7 @@ def compute_difference(a: Path, b: Path) -> Difference:
     If a path does not store its attitude, the angle between the two apexes is returned. Paths with
     different times are compared where their time intervals overlap, at the times of the path with
     more states there. The other path is recomputed at these times. If this other path is the
-    closed-form solution of a map, which is defined only at whole steps, the two roles are exchanged.
+    closed-form solution of a map, which is defined only at whole steps, the roles are exchanged.
     """
     from .._plot.charts import Difference
 
