@@ -1,4 +1,4 @@
-"""The motion of spinning tops: rigid bodies that turn about a fixed point under gravity.
+"""The motion of spinning tops: rigid bodies that rotate about a fixed point under gravity.
 
     import kreisel as kr
     body = kr.Body.cuboid(half=(.8, .8, 1), pivot=(0, 0, -1))
@@ -7,9 +7,9 @@
     path.t, path.q, path.apex, path.energy
 
 Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body frame
-to space. Vectors are given by their components in space unless stated otherwise. Any consistent set
-of units can be used; dimensions are given in terms of mass, length and time [M L T]. See also
-kreisel.conventions(), kreisel.methods and kreisel.scenes.
+to the space frame. Vector components refer to the space frame unless stated otherwise. Any
+consistent set of units can be used; dimensions are given in terms of mass, length and time [M L T].
+See also kreisel.conventions(), kreisel.methods and kreisel.scenes.
 """
 
 from . import events, quaternion, scenes

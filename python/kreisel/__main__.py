@@ -1,4 +1,4 @@
-"""The command line program, as `python -m kreisel`."""
+"""The command-line program, run as `python -m kreisel`."""
 
 from ._cli import main
 

@@ -1,1 +1,1 @@
-"""Analysis of paths: traces, rods, frequencies, comparisons."""
+"""Analysis of paths: apex traces, elastic rods, frequencies and comparisons."""

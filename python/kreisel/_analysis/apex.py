@@ -65,23 +65,23 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The angle is undefined where the trace passes through the vertical. Beyond such a point,
-        the angle is known only up to whole turns.
+        The angle is undefined where the trace passes through the vertical. Beyond such a point, the
+        angle is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
-        """Return mean values over the complete nutation periods of a Lagrange top.
+        """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
-        The complete periods extend from the first to the last lowest point of the trace. The
-        function kreisel.exact computes the same numbers from a scene. Turning points between states
-        are found by cubic interpolation. The means are accurate to four digits with 50 states per
-        nutation, and to seven digits with 400. If the heights differ by less than 1e-9, the motion
-        is steady precession, and the period is NaN.
+        The averages extend from the first to the last minimum of the apex height. The function
+        kreisel.exact computes the same values directly from a scene. Turning points between states
+        are found by cubic interpolation. With 50 states per nutation period, the averages are
+        accurate to four digits; with 400, to seven. If the height varies by less than 1e-9, the
+        motion is a steady precession and the period is NaN.
 
-        Raises ValueError for a body that is not a Lagrange top, because its nutation is not
-        periodic in general, and for a support that moves. Also raises ValueError if the path has no
-        complete nutation, or if its states are farther apart than a quarter of a nutation.
+        Raises ValueError for a moving support, and for a body other than a Lagrange top, whose
+        nutation is generally not periodic. Also raises ValueError if the path contains no complete
+        nutation period, or if its states are more than a quarter of a period apart.
         """
         body = self.scene.body
         refuse_disturbances(
@@ -136,13 +136,13 @@ class Apex:
             )
 
     def _turning_times(self, sign: float) -> list[float]:
-        """Return the times at which the height has a minimum (`sign` 1) or a maximum (-1)."""
+        """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
         return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
 
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the times and values of the four states nearest to the interval t[i - 1] .. t[i].
+        """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
 
         If the path has fewer than four states, all states are returned.
         """
@@ -150,10 +150,10 @@ class Apex:
         return self.t[first : first + 4], values[first : first + 4]
 
     def _nutation_at(self, t: float) -> float:
-        """Return the nutation at a time between states, by interpolation.
+        """Return the nutation angle at a time between two states, by interpolation.
 
-        The nutation is computed from the height and from the squared distance to the vertical. The
-        two functions are smooth, so the result is also accurate near the vertical.
+        The angle is computed from the interpolated height and squared distance of the apex from the
+        vertical. Both functions are smooth, so the result is accurate even near the vertical.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))
@@ -163,16 +163,17 @@ class Apex:
 
 
 def apex(path: Path) -> Apex:
-    """Return the trace of the direction of the centre of mass on the unit sphere.
+    """Return the curve traced on the unit sphere by the direction of the centre of mass.
 
-    If the centre of mass is the fixed point, the trace of the principal axis T is returned.
+    If the centre of mass coincides with the fixed point, the trace of the principal axis T is
+    returned.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
 def _interpolate(t: Array, values: Array, at: float) -> float:
-    """Return the value, at the time `at`, of the polynomial through the points (t, values)."""
+    """Return the value at time `at` of the polynomial that interpolates the points (t, values)."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)
@@ -181,7 +182,7 @@ def _interpolate(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Return the zero at which the polynomial through the points (t, values) increases."""
+    """Return the root at which the polynomial through the points (t, values) is increasing."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -30,7 +30,7 @@ _TRUTH_TOL = 1e-13
 
 @dataclass(frozen=True)
 class Row:
-    """The result of one method with one step or tolerance.
+    """The result of one method for one step size or tolerance.
 
     seconds         the shortest run time of the repeats [s]
     median          the median of the run times [s]
@@ -56,7 +56,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """The rows in the order of the methods and, for each method, of its steps or tolerances."""
+    """Rows in the order of the methods and, within each method, of its step sizes or tolerances."""
 
     rows: tuple[Row, ...]
 
@@ -78,11 +78,11 @@ class Table:
         return [[_format_cell(value) for value in _row_values(row)] for row in self.rows]
 
     def _repr_html_(self) -> str:
-        """Return the table as HTML, which notebooks display."""
+        """Return the table as HTML for display in notebooks."""
         return format_table(self._format_cells(), _COLUMNS)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the table as CSV with all digits; if `path` is given, also write it to this file.
+        """Return the table as CSV in full precision; if `path` is given, also write it to `path`.
 
         Missing values are empty.
         """
@@ -118,7 +118,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A run of a method with one step or tolerance: its path, its times, and any failure."""
+    """A run of one method at one step size or tolerance: its path, run times and any failure."""
 
     scene: Scene
     t: Numbers
@@ -169,10 +169,10 @@ def compare(
     repeats: int = 5,
     progress: Progress | None = None,
 ) -> Table:
-    """Measure error and run time of methods on one scene.
+    """Measure the errors and run times of several methods on one scene.
 
-    Repetitions of the methods are interleaved, so that other load on the machine affects all
-    methods equally.
+    The repetitions of the methods are interleaved, so other load on the machine affects all methods
+    equally.
 
     t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
               number compares only the end; numpy.linspace(0, 10, 101) compares the whole path
@@ -189,9 +189,9 @@ def compare(
         >>> [(row.method, row.step, row.attitude_error < 1e-3) for row in table]
         [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
 
-    Raises the errors of kreisel.solve for invalid arguments before any run. A run that fails later
-    is described by the field `failure` of its row. Ctrl-C raises kreisel.CompareInterrupted, whose
-    `table` contains the rows so far.
+    Raises the same exceptions as kreisel.solve for invalid arguments, before any run starts. If a
+    run fails later, the field `failure` of its row describes the failure. Ctrl-C raises
+    kreisel.CompareInterrupted, whose attribute `table` contains the rows completed so far.
     """
     check_type("scene", scene, Scene)
     by_step, by_tol = _parse_settings("steps", steps), _parse_settings("tols", tols)
@@ -221,7 +221,7 @@ def _make_table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table
 
 
 class CompareInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during kreisel.compare; `table` has a row for each completed run."""
+    """Exception raised by Ctrl-C in kreisel.compare; `table` has a row for each completed run."""
 
     __module__ = "kreisel"  # a traceback shows the public name
 
@@ -240,7 +240,7 @@ def _list_runs(
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_Run]:
-    """Return a run for each method and each of its steps or tolerances."""
+    """Return one run for each step size or tolerance of each method."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:
@@ -261,7 +261,7 @@ def _list_runs(
 
 
 def _max_attitude_error(path: Path, truth: Path) -> float:
-    """Return the largest angle between the attitudes of two paths [rad]."""
+    """Return the largest angle [rad] between corresponding attitudes of two paths."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 

@@ -1,4 +1,4 @@
-"""The angle between two paths over time."""
+"""The angle between the attitudes along two paths, as a function of time."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ if TYPE_CHECKING:
 
 
 def compute_difference(a: Path, b: Path) -> Difference:
-    """Return the angle between the attitudes of two paths at common times.
+    """Return the angle between the attitudes along two paths at common times.
 
-    If a path does not store its attitude, the angle between the two apexes is returned. If the
-    times of the paths differ, they are compared over their common interval, at the times of the
-    path with more states there. The run of the other path is repeated to obtain states at these
-    times. The closed-form solution of a map cannot be evaluated between its steps; in this case,
-    the roles of the paths are exchanged.
+    If a path does not store its attitude, the angle between the two apexes is returned. Paths with
+    different times are compared where their time intervals overlap, at the times of the path with
+    more states there. The other path is recomputed at these times. If this other path is the
+    closed-form solution of a map, which is defined only at whole steps, the roles are exchanged.
     """
     from .._plot.charts import Difference
 
@@ -35,7 +34,7 @@ def compute_difference(a: Path, b: Path) -> Difference:
 
 
 def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
-    """Return both paths at the same times, or empty paths if their time spans do not overlap."""
+    """Return both paths at common times, or empty paths if their time intervals are disjoint."""
     if np.array_equal(a.t, b.t):
         return a, b
     low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
@@ -52,6 +51,6 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _attitudes(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes of a path and their low words, which are zero if the path has none."""
+    """Return the attitudes of a path and their low-order words, or zeros if the path has none."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

@@ -1,19 +1,19 @@
-"""The frequencies of a path: numerical analysis of fundamental frequencies (NAFF).
+"""Frequencies of a path by numerical analysis of fundamental frequencies (NAFF).
 
 For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-In a regular motion, each of these signals is a sum of lines: terms a exp(i f t) with an amplitude a
-and a frequency f. Let v be the frequency of the nutation. The frequencies of h are the multiples of
-v. The frequencies of z are the mean rate of precession_angle plus multiples of v. The frequencies
-of u are the mean rate of spin_angle plus multiples of v. The strongest line is found where the
-Fourier transform of the windowed signal is largest. This line is subtracted, and the next line is
-found in the remainder.
+For a regular motion, each of these signals is a sum of spectral lines: terms a exp(i f t) with
+amplitude a and frequency f. Let v be the nutation frequency. The frequencies of h are the integer
+multiples of v. The frequencies of z are the mean rate of precession_angle plus integer multiples of
+v. The frequencies of u are the mean rate of spin_angle plus integer multiples of v. The strongest
+line is located at the maximum of the Fourier transform of the windowed signal. This line is
+subtracted, and the next line is sought in the remainder.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
-The signal is multiplied by the Kaiser window, whose side lobes are at the level of round-off
-errors. For mean rates with window functions, see Das and others, Nonlinearity 30 (2017) 4111.
+The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
+For mean rates computed with window functions, see Das et al., Nonlinearity 30 (2017) 4111.
 """
 
 from __future__ import annotations
@@ -89,10 +89,11 @@ class Frequencies(ReadOnlyArrays):
         return f"<kreisel.Frequencies: {rates}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
-        """Draw the spectrum of the apex with matplotlib, and return the axes.
+        """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        Each line has a dot at its amplitude. The number above a line is its distance from the
-        precession, in multiples of the nutation frequency. The line of the precession is dashed.
+        Each line is marked by a dot at its amplitude. The number above a line is its distance from
+        the precession frequency in multiples of the nutation frequency. The line at the precession
+        frequency is dashed.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -109,24 +110,26 @@ class Frequencies(ReadOnlyArrays):
         return draw_lines(self, axes, as_unit("time_unit", time_unit))
 
     def _repr_html_(self) -> str | None:
-        """Return the picture of the spectrum, which notebooks display."""
+        """Return an image of the spectrum for display in notebooks."""
         return display_picture(self.plot, repr(self))
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
-    """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
+    """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
-    motion is on a torus. If the axis of such a top can pass near a pole, its precession need not be
-    an integer combination of ExactTorus.frequencies. For other methods, two lines are resolved if
-    they differ by more than 23 turns over the length of the path. The path should contain many
-    nutations, and more than two states in each turn of the fastest angle. If the motion is regular,
-    a rate is as accurate as the path. If the axis passes near a pole, additional states are
-    computed until the turns of the axis can be counted.
+    For a path computed with method='exact', the rates are derived from the closed form, even for a
+    motion on an invariant torus. If the axis of a top on a torus can approach a pole, its
+    precession rate need not be an integer combination of ExactTorus.frequencies. With other
+    methods, two lines are resolved if their phase difference changes by more than 23 turns over the
+    path. The path should span many nutation periods, with more than two states per turn of the
+    fastest angle. For a regular motion, each rate is as accurate as the path. If the axis passes
+    near a pole (the reference direction or its opposite), additional states are computed until its
+    turns can be counted.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
-    rates describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
-    On a support that turns about e3, precession and lines are relative to the support.
+    rates describe the body axis that circulates about the angular momentum, as in kreisel.exact. If
+    the support turns about e3, the precession rate and the lines are measured relative to the
+    support.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -136,10 +139,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession / truth.precession - 1.0) < 1e-12
         True
 
-    Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, and for
-    times that are not evenly spaced. Raises ValueError for damping, friction, and a support that
-    shakes or turns about an axis other than e3. A body without torque must not be on a turning
-    support, and its rotor must be along its axis of symmetry.
+    Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
+    states, or if the times are not evenly spaced. Raises ValueError for damping, friction, or a
+    support that shakes or turns about an axis other than e3. The support of a torque-free body must
+    not turn, and its rotor must be aligned with its axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -169,7 +172,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
 
 def _refuse_support(scene: Scene) -> None:
-    """Raise ValueError for friction, and for a support on which the rates are not constant."""
+    """Raise ValueError for friction, or for a support motion that makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(
@@ -181,7 +184,7 @@ def _refuse_support(scene: Scene) -> None:
 
 
 def _to_inertial_frame(path: Path, turning: float) -> Path:
-    """Transform the path of a top on a support that turns about e3 to the inertial frame."""
+    """Transform a path from a support that turns about e3 to the inertial frame."""
     zero, half = np.zeros(len(path.t)), 0.5 * turning * path.t
     turned = np.cos(half), zero, zero, np.sin(half)
     w, x, y, z = path.q.T
@@ -192,14 +195,14 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the rates of precession, nutation and spin from the closed form, or None."""
+    """Return the precession, nutation and spin rates from the closed form, or None."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
 
 
 def _compute_rates(path: Path) -> tuple[float, float, float]:
-    """Compute the rates of precession, nutation and spin from the states of a path."""
+    """Compute the precession, nutation and spin rates from the states of a path."""
     t, (up, along) = path.t, _choose_reference_axes(path)
     principal, east = path.frame, _perpendicular_unit_vector(up)
     axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
@@ -223,12 +226,12 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, its increments between states.
+    """Compute the mean rate of an angle from `turned`, the array of its increments between states.
 
-    The frequency of the strongest line of `signal` differs from the mean rate by a multiple of
-    `part`. After this multiple is subtracted, the frequency is more accurate than the mean of
-    `turned`, and is returned if the multiple is certain. Otherwise, the mean is returned if the
-    angle grows smoothly, and NaN if not.
+    The frequency of the strongest line in `signal` differs from the mean rate by an integer
+    multiple of `part`. Subtracting this multiple gives a more accurate rate than the mean of
+    `turned`; this rate is returned if the multiple is certain. Otherwise, the mean is returned if
+    the angle varies smoothly, and NaN if it does not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
@@ -241,16 +244,16 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 
 
 def _aliasing_error_bound(rate: Array) -> float:
-    """Return an upper bound on the error that aliasing causes in the mean of `rate`.
+    """Return an upper bound on the aliasing error in the mean of `rate`.
 
-    The bound is the largest amplitude in the upper half of the resolved frequencies.
+    The bound is the largest spectral amplitude in the upper half of the resolved frequency range.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
 
 
 def _refuse_free_rotor(path: Path) -> None:
-    """Raise ValueError for a free body whose rotor is not along an axis of symmetry."""
+    """Raise ValueError for a torque-free body whose rotor is not aligned with a symmetry axis."""
     scene = path.scene
     is_free = not (scene.gravity and any(scene.body.com))
     if is_free and any(scene.body.rotor) and not methods[EXACT].suits(scene):
@@ -261,7 +264,7 @@ def _refuse_free_rotor(path: Path) -> None:
 
 
 def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
-    """Return the direction in space and the axis of the body to which the rates refer.
+    """Return the direction in space and the body axis to which the rates refer.
 
     The axis is given by its components along the principal axes.
     """
@@ -289,7 +292,7 @@ def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
 
 
 def _perpendicular_unit_vector(v: Array) -> Array:
-    """Return a unit vector that is perpendicular to the unit vector `v`."""
+    """Return a unit vector perpendicular to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))
 
@@ -315,9 +318,9 @@ def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, flo
 
 
 def _find_peak(t: Array, signal: Waves) -> float:
-    """Return the frequency at which the transform of a signal is largest.
+    """Return the frequency at which the Fourier transform of a signal is largest in magnitude.
 
-    The largest value of an FFT is refined by Newton's method.
+    The maximum of the FFT is refined by Newton's method.
     """
     size = 4 * len(t)
     step = float(t[-1] - t[0]) / (len(t) - 1)

@@ -1,4 +1,4 @@
-"""The table of methods, with the measured cost of a step relative to a step of `rk4`."""
+"""Table of the methods, with the measured cost per step relative to a step of `rk4`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _format_ratio(ratio: float) -> str:
 
 
 def _measure_costs(methods: Methods) -> dict[str, list[float]]:
-    """Measure the run time per step [s] of each method on each of three tops."""
+    """Measure the run time per step [s] of each method for each of three tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_measure_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]

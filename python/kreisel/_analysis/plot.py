@@ -1,4 +1,4 @@
-"""Charts of one or several paths, side by side."""
+"""Charts of one or more paths, side by side."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def plot(
     degrees: bool = True,
     time_unit: str = "T",
 ) -> Picture:
-    """Draw the trace of the apex on a sphere, its nutation and its precession with matplotlib.
+    """Plot the apex trace on a sphere, and nutation and precession over time, using matplotlib.
 
-    Returns the axes, three for each path. A notebook displays the axes as a picture.
+    Returns the axes, three per path. A notebook displays the returned axes as an image.
 
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side
@@ -36,14 +36,14 @@ def plot(
     degrees    False: angles in radians instead of degrees
     time_unit  the unit of time in which the scene is described, for the labels: "s" for seconds
 
-    For two paths there is a seventh chart: the angle between both attitudes on a logarithmic scale.
+    For two paths, a seventh chart shows the angle between their attitudes on a logarithmic scale.
     If a path does not store its attitude, the chart shows the angle between the apexes. If the
-    times of the paths differ, one of the runs is repeated to compute states at common times.
+    times of the paths differ, one of the paths is recomputed at common times.
 
-    Dashed lines show the least and greatest nutation if the closed-form solution has turning
-    points. Dots show the start and the events of a path. The curve of the precession is interrupted
-    where the angle jumps because the apex passes close to the vertical. The figure is not
-    registered with pyplot; `kr.plot(path).figure.savefig("top.png")` writes it to a file.
+    Dashed lines mark the least and greatest nutation if the closed-form solution has turning
+    points. Dots mark the initial state and the events of a path. The precession curve is
+    interrupted where the angle jumps because the apex passes close to the vertical. The figure is
+    not registered with pyplot; to save it, call `kr.plot(path).figure.savefig("top.png")`.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
@@ -73,7 +73,7 @@ def plot(
 def _split_arguments(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
-    """Return the paths and the axes.
+    """Return the paths and the axes that the arguments contain.
 
     Raises TypeError if `path` is neither a path nor a list, or if `more` is invalid.
     """

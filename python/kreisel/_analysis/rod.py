@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class Rod:
     """An elastic rod in equilibrium.
 
-    The arc length s of the rod corresponds to the time of the top. The tangent T of the rod is the
-    direction from the fixed point to the centre of mass.
+    The arc length s along the rod corresponds to time in the motion of the top. The tangent T of
+    the rod corresponds to the direction from the fixed point to the centre of mass.
 
     s          (n,) arc length [T]
     centre     (n, 3) centre line, beginning at the origin [T]: the integral over s of T,
@@ -37,8 +37,8 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    The source is Bodack 2008, theorems 3.8 and 3.9. In these theorems, alpha1 and alpha2 are
-    exchanged, and the load has the opposite sign.
+    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with these theorems, alpha1 and alpha2 are
+    interchanged, and the load has the opposite sign.
     """
 
     s: Array
@@ -55,7 +55,7 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """True if the bending stiffness is the same in all directions, up to 7e-15 relative.
+        """True if the bending stiffness is the same in all directions, within a tolerance of 7e-15.
 
         The rod of a Lagrange top is isotropic.
         """
@@ -85,11 +85,11 @@ class Rod:
 
     @property
     def section(self) -> tuple[float, float]:
-        """The thickness along N and along B, as multiples of the larger one.
+        """The thicknesses of the cross-section along N and B, relative to the larger one.
 
         For elliptical and rectangular cross-sections, the bending stiffness in a direction is
-        proportional to the square of the thickness in this direction. Hence the ratio is
-        sqrt(alpha1) : sqrt(alpha2).
+        proportional to the squared thickness in this direction. Hence the ratio of the thicknesses
+        is sqrt(alpha1) : sqrt(alpha2).
         """
         one, two, _ = self.stiffness
         largest = max(one, two)
@@ -105,11 +105,10 @@ class Rod:
         azimuth: float = 0.0,
         length_unit: str = "T",
     ) -> Axes:
-        """Draw the rod as a solid with matplotlib, and return the axes.
+        """Draw the rod as a solid body with matplotlib, and return the axes.
 
         The cross-section of an isotropic rod is a circle. Other cross-sections are ellipses whose
-        diameters have the ratio `section`. A dot marks the start of the rod, and a bar shows the
-        scale.
+        axes have the ratio `section`. A dot marks the start of the rod, and a bar shows the scale.
 
         axes                the axes to draw in; default: a new figure
         thickness           the larger diameter [T]; default: a thirtieth of the rod's extent
@@ -123,9 +122,9 @@ class Rod:
             >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
             ['start', '2 m']
 
-        The states must be close enough that the rod bends little from one state to the next. Raises
-        ValueError for a rod of fewer than two states, and ImportError if matplotlib is not
-        installed.
+        The states must be so close together that the rod bends only slightly between neighbouring
+        states. Raises ValueError if the rod has fewer than two states, and ImportError if
+        matplotlib is not installed.
         """
         from .._plot.panels import new_axes
         from .._plot.solids import ORANGE, check_axes, draw_scale, draw_tube, parallel_normals
@@ -146,19 +145,20 @@ class Rod:
         return drawn
 
     def _repr_html_(self) -> str | None:
-        """Return the picture of the rod, or None if there is nothing to draw."""
+        """Return an image of the rod, or None if there is nothing to draw."""
         return display_picture(self.plot, repr(self)) if len(self.s) > 1 else None
 
 
 def rod(path: Path) -> Rod:
-    """Return the elastic rod that corresponds to a path by Kirchhoff's analogy.
+    """Return the elastic rod that corresponds to a path under Kirchhoff's analogy.
 
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
-    is on a principal axis. The rod carries no load if the centre of mass is the fixed point.
+    is on a principal axis. The rod carries no load if the centre of mass coincides with the fixed
+    point.
 
-    Raises ValueError for damping, friction, a rotor, and a moving support. Also raises ValueError
-    if the centre of mass is on no principal axis. Gravity then has no counterpart among the forces
-    at the ends of a rod.
+    Raises ValueError if there is damping, friction, a rotor or a moving support. Also raises
+    ValueError if the centre of mass lies on no principal axis. In this case, gravity has no
+    counterpart among the forces at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -190,9 +190,9 @@ def rod(path: Path) -> Rod:
 
 
 def _choose_rod_axes(body: Body) -> Array:
-    """Return N, B, T of the rod as rows, in components along the principal axes.
+    """Return the rod's axes N, B, T as rows, in components along the principal axes.
 
-    Raises ValueError if the centre of mass is on no principal axis.
+    Raises ValueError if the centre of mass lies on no principal axis.
     """
     com, moments = np.array(body.principal_com), np.array(body.moments)
     reach = float(np.linalg.norm(com))

@@ -1,16 +1,16 @@
-"""Mean rates of a top whose motion is on an invariant torus, from its closed-form solution.
+"""Mean rates of a top that moves on an invariant torus, computed from its closed-form solution.
 
-Let chi1 and chi2 be the angles of the torus, which grow at the rates w1 and w2. Let z be the
-projection of the axis onto the horizontal plane. Apart from the rotation by the heading, whose mean
-rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
+Let chi1 and chi2 be the angle coordinates on the torus, which grow at the rates w1 and w2. Let z be
+the projection of the axis onto the horizontal plane. Apart from a rotation about the vertical,
+whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
 
     w1 n1 + w2 n2,
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
-likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero the axis is vertical.
-The number of turns along a loop changes by one where the loop passes a zero. If z has zeros, n1 and
-n2 depend on the positions of the zeros. The mean rate then need not be an integer combination of
-frequencies.
+likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero of z, the axis is
+vertical. The winding number of z along a loop changes by one when the loop is moved across a zero.
+If z has zeros, n1 and n2 depend on the positions of the zeros. In this case, the mean rate need not
+be an integer combination of the frequencies.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -43,7 +43,7 @@ class TorusRates(NamedTuple):
 
 
 class _Signals(NamedTuple):
-    """The direction of the axis at given angles on the torus.
+    """The direction of the body axis at given angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
     about   sin(nutation) exp(i spin_angle)
@@ -56,9 +56,9 @@ class _Signals(NamedTuple):
 
 
 def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
-    """Compute the rates of the axis through the centre of mass.
+    """Compute the mean rates of the axis through the centre of mass.
 
-    Returns None if the motion is so near to a separatrix that zeros of z cannot be separated.
+    Returns None if the motion is too close to a separatrix to separate the zeros of z.
     """
     rates, known = np.array(form.frequencies), -1
     for n in _GRIDS:
@@ -85,7 +85,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
 
 
 def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
-    """Compute the signals at pairs of angles, an array of shape (..., 2) [turns]."""
+    """Compute the signals for angle pairs [turns], given as an array of shape (..., 2)."""
     states = form._states_at(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)
@@ -104,7 +104,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
-    """Return the grid cells with a nonzero winding number of z, and these winding numbers."""
+    """Return the grid cells around which z has a nonzero winding number, and these numbers."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -113,13 +113,13 @@ def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
 
 
 def _phase_steps(z: Waves, axis: int) -> Array:
-    """Return the phase differences of z between neighbouring points of the grid."""
+    """Return the phase differences of z between adjacent grid points."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Return the zero of z near the middle of a cell [turns], or NaN if Newton's method fails."""
+    """Return the zero of z near the centre of a cell [turns], or NaN if Newton's method fails."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
@@ -139,9 +139,9 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers of z along loops of the first and of the second angle.
+    """Return the mean winding numbers of z along the loops of the first and the second angle.
 
-    `since` contains the positions of the zeros relative to the first point of the grid [turns].
+    `since` contains the positions of the zeros relative to the first grid point [turns].
     """
     first = round(float(_phase_steps(z, 0)[:, 0].sum()) / math.tau)
     second = round(float(_phase_steps(z, 1)[0].sum()) / math.tau)

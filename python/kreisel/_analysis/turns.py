@@ -1,11 +1,12 @@
-"""Turns of a body's axis about a direction in space, between the states of a path.
+"""Turns of a body axis about a direction in space, counted between the states of a path.
 
-Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto the plane that is
-perpendicular to the direction. The poles are the direction and its opposite; z is 0 if the axis is
-at a pole. Between two states z moves along an arc. The arc turns about 0 by the same angle as its
-chord, unless 0 lies between arc and chord. The velocities at both ends bound the distance of the
-arc from the chord. If 0 may lie between arc and chord, the arc is divided. The state at the middle
-of the time interval is computed, and both halves of the arc are examined in the same way.
+Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto the plane
+perpendicular to the direction. The poles are the direction and its opposite; z is zero if the axis
+points to a pole. Between two states, z moves along an arc. The arc subtends the same angle at 0 as
+its chord, unless 0 lies between the arc and its chord. The velocities at both endpoints bound the
+distance between arc and chord. If 0 may lie between arc and chord, the arc is bisected. The state
+at the midpoint of the time interval is computed, and both halves of the arc are treated in the same
+way.
 """
 
 from __future__ import annotations
@@ -64,7 +65,8 @@ class Turns(NamedTuple):
 class _Arcs(NamedTuple):
     """Arcs between states.
 
-    `parent` is the index of the state before the arc; `begin` and `end` are times since that state.
+    `parent` is the index of the state that precedes the arc; `begin` and `end` are times relative
+    to this state.
     """
 
     parent: Indices
@@ -89,10 +91,11 @@ class _Arcs(NamedTuple):
 
 
 class _ArcAngles(NamedTuple):
-    """The angles of arcs about 0, and the distances of the arcs from the poles.
+    """The angles that arcs subtend at 0, and the distances of the arcs from the poles.
 
     `is_known` is True if the angle is certain. `through` is 1 if the arc passes through a pole, at
-    its start or between its ends. `distance` is the least distance of the chord from a pole.
+    its starting point or in its interior. `distance` is the smallest distance of the chord from a
+    pole.
     """
 
     angle: Array
@@ -102,9 +105,9 @@ class _ArcAngles(NamedTuple):
 
 
 def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
-    """Compute the motion of the body's axis `along`, in principal-axis components, about `up`.
+    """Compute the motion of the body axis `along`, in principal-axis components, about `up`.
 
-    `east` is perpendicular to `up`, and is the direction in which z is real.
+    `east` is the direction perpendicular to `up` in which z is real.
     """
     axis, velocity = along @ path.frame, path.velocity
     return Motion(
@@ -150,10 +153,10 @@ def count_turns(
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compute the gap between each state of a path and the state computed from its predecessor.
 
-    Returns three arrays with one value for each gap: the angle of the gap about 0, a flag, and the
-    size of the gap. The flag is 1 if a pole is between both points. The size exceeds rounding
-    errors if the steps of the path were coarse. The size is inf if it is uncertain in which sense
-    the gap turns about a pole.
+    Returns three arrays with one entry per gap: the angle subtended at 0, a flag, and the size of
+    the gap. The flag is 1 if a pole lies between the two points. The size exceeds rounding errors
+    if the path was computed with coarse steps. The size is inf if the sense of rotation about a
+    pole is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -168,7 +171,7 @@ def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indic
 
 
 def _distance_to_line(z: Waves, rate: Waves) -> Array:
-    """Return the distance from 0 of the line through z in the direction of `rate`."""
+    """Return the distance from 0 to the line through z in the direction of `rate`."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)
@@ -178,10 +181,11 @@ def _distance_to_line(z: Waves, rate: Waves) -> Array:
 def _spin_angles(
     motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
-    """Return the angles by which the body turns about its axis.
+    """Return the angles by which the body turns about its axis between states.
 
-    Near a pole, the rates of spin and precession have a peak, but their sum (at the other pole,
-    their difference) is smooth. The number of whole turns is computed from this smooth rate.
+    Near a pole, the spin and precession rates each have a peak, but their sum is smooth (at the
+    opposite pole, their difference). The number of complete turns is computed from this smooth
+    rate.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -224,7 +228,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
 def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     """Transform the arcs to a frame that turns about 0 at the rate `pace`.
 
-    The two frames coincide in the middle of an arc.
+    The two frames coincide at the midpoint of each arc.
     """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(
@@ -236,9 +240,9 @@ def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Return the angle of each chord about 0, its distance from 0, and a bound on the bend.
+    """Return the angle that each chord subtends at 0, its distance from 0, and a bound on the bend.
 
-    The bend is the distance of the arc from its chord.
+    The bend is the distance between an arc and its chord.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -251,7 +255,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 
 def _angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the rate at which z turns about 0, or 0 if |z| is at most THROUGH."""
+    """Return the angular rate of z about 0, or 0 if |z| is at most THROUGH."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -260,10 +264,10 @@ def _angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its rate for each column of `times`.
+    """Compute z and its time derivative for each column of `times`.
 
-    Row i of `times` contains times since the state number `parent[i]` of the path. If a run fails,
-    z is NaN.
+    Row i of `times` contains times relative to state `parent[i]` of the path. If a run fails, z is
+    NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
@@ -276,6 +280,6 @@ def _compute_arc_points(
 def _horizontal_components(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
-    """Return the horizontal component of an axis as complex numbers, and its derivative."""
+    """Return the horizontal projection of an axis as complex numbers, and its time derivative."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)

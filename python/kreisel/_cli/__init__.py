@@ -1,4 +1,4 @@
-"""The command line: its commands and options have the names of Python functions and arguments."""
+"""Command-line interface, with commands and options named like Python functions and arguments."""
 
 from .main_command import main
 

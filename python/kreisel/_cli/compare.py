@@ -69,7 +69,7 @@ def compare(
     repeats: int,
     csv_file: str | None,
 ) -> None:
-    """Compare the errors and run times of methods. If interrupted, print the results so far."""
+    """Compare errors and run times of methods. If interrupted, print the results so far."""
     stopped: CompareInterrupted | None = None
     check_outputs([("--csv", csv_file)])
     with translate_errors(_OPTIONS):

@@ -1,4 +1,4 @@
-"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], with names of kreisel.events."""
+"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], named as in kreisel.events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
-    """Return the events that the values of --events describe, or None if there are none."""
+    """Return the events specified by the values of --events, or None if there are none."""
     return [_parse_event(scene, word) for word in words] or None
 
 
@@ -44,13 +44,13 @@ def _parse_event(scene: Scene, word: str) -> Event:
 
 
 def _positional_names(maker: Callable[..., Event]) -> list[str]:
-    """Return the names of the arguments of `maker` that can be given by position."""
+    """Return the names of the arguments of `maker` that can be passed by position."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an argument of an event; the argument's name `key` determines the type."""
+    """Parse the value of an event argument, whose type is determined by its name `key`."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")

@@ -31,7 +31,7 @@ def _split_pair(option: str, words: str) -> tuple[str, str]:
 
 
 def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
-    """Return a dict of the columns of each quantity, or None if no columns were given."""
+    """Return a dict that maps each quantity to its columns, or None if no columns were given."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
         quantity, value = _split_pair("--column", words)
@@ -40,7 +40,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
 
 
 def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
-    """Return one standard deviation, a dict of them by quantity, or None."""
+    """Return one standard deviation, a dict of one for each quantity, or None."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])
@@ -112,10 +112,10 @@ def fit(
     csv_file: str | None,
     plot: str | None,
 ) -> None:
-    """Estimate a body and its initial state from the CSV file RECORD, beginning at SCENE.
+    """Estimate a body and its initial state from the CSV file RECORD, starting from SCENE.
 
-    If the motion of SCENE disagrees with the record, the first guess is computed from the record.
-    If interrupted, print the best fit so far.
+    If the motion of SCENE disagrees with the record, the initial guess is computed from the record.
+    If interrupted, print the best fit found so far.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
     check_outputs(places, (record,))

@@ -74,7 +74,7 @@ def _list_properties(method: Method) -> str:
 @click.command()
 @click.argument("name", required=False, shell_complete=complete_one(about))
 def scenes(name: str | None) -> None:
-    """List the named scenes, or print one as a TOML template."""
+    """List the named scenes, or print one of them as a TOML template."""
     if name is None:
         _print_table(("scene", "description"), list(about.items()))
     elif name not in about:
@@ -85,6 +85,6 @@ def scenes(name: str | None) -> None:
 
 @click.command()
 def quantities() -> None:
-    """List the quantities that --want can name."""
+    """List the quantities accepted by --want."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
     _print_table(("quantity", "[M L T]", "description"), rows)

@@ -1,4 +1,4 @@
-"""The command kreisel, which reports each failure with one line of text and an exit code."""
+"""The command `kreisel`, which reports each failure as one line of text and an exit code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Exit codes
 
 
 class _MainGroup(click.Group):
-    """The group of all commands."""
+    """The command group that contains all commands."""
 
     def make_context(
         self,
@@ -44,7 +44,7 @@ class _MainGroup(click.Group):
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Return a context manager that prints an exception on one line and sets the exit code."""
+    """Return a context manager that prints an exception as a single line and sets the exit code."""
     try:
         yield
     except click.exceptions.NoArgsIsHelpError:
@@ -71,7 +71,7 @@ def one_line_errors() -> Iterator[None]:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """Return a context manager that lets SIGTERM act as Ctrl-C, unless the signal is ignored."""
+    """Return a context manager that treats SIGTERM like Ctrl-C, unless the signal is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
         return
@@ -88,16 +88,16 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 @contextmanager
 def _one_line_warnings() -> Iterator[None]:
-    """Return a context manager that prints each warning as one line to standard error."""
+    """Return a context manager that prints each warning as a single line on standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
         yield
 
 
 def drop_unwritable_stdout() -> None:
-    """Redirect standard output to the null device if its buffer cannot be written.
+    """Redirect standard output to the null device if its buffer cannot be flushed.
 
-    Without the redirection, the interpreter would fail again when it exits.
+    Without the redirection, the interpreter would fail again on exit.
     """
     try:
         sys.stdout.flush()
@@ -117,7 +117,7 @@ def main() -> None:
     """Compute the motion of spinning tops.
 
     A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
-    input. An output file named - is standard output.
+    input. The file name - denotes standard output.
     """
 
 

@@ -1,4 +1,4 @@
-"""Validation of the output files of a command, before anything runs."""
+"""Validation of a command's output files before any computation starts."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 
 
 class OutputFile(NamedTuple):
-    """An option and the name of its output file, which is - for standard output."""
+    """An option and the name of its output file, or - for standard output."""
 
     option: str
     file: str
 
     @property
     def is_stdout(self) -> bool:
-        """True if the output is standard output."""
+        """True if the output goes to standard output."""
         return self.file == "-"
 
 
@@ -49,9 +49,9 @@ def check_outputs(
 ) -> list[OutputFile]:
     """Validate the requested output files and return them.
 
-    `places` contains pairs of an option and its file; the file is None if the option was not given.
-    Raises UsageError if a file cannot be written, if two files are the same, or if a file is also
-    an input file in `read`.
+    `places` contains pairs (option, file); the file is None if the option was not given. Raises
+    UsageError if a file cannot be written, if two outputs share a file, or if an output is also an
+    input file in `read`.
     """
     asked = [
         _append_extension(OutputFile(option, file)) for option, file in places if file is not None
@@ -68,9 +68,9 @@ def check_outputs(
 
 
 def _append_extension(place: OutputFile) -> OutputFile:
-    """Return `place`, with the extension .npz appended if an archive's name lacks it.
+    """Return `place`, appending the extension .npz if the name of an archive lacks it.
 
-    Raises UsageError if the extension belongs to another format.
+    Raises UsageError if the file has the extension of another format.
     """
     _check_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
@@ -82,7 +82,7 @@ def _real_path(file: str) -> str:
 
 
 def _is_device(file: str) -> bool:
-    """Return True for a device such as /dev/null, which several outputs can share."""
+    """Return True for a device such as /dev/null, which several outputs may share."""
     return file != "-" and File(file).is_char_device()
 
 

@@ -1,4 +1,4 @@
-"""Output files with the states or requested quantities of a run, and the printed summary."""
+"""Output files for the states or requested quantities of a run, and the printed summary."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ Columns = Mapping[str, Sequence[object]]
 
 
 class Output(Protocol):
-    """An output that receives a path in consecutive pieces."""
+    """An output that receives a path in consecutive chunks."""
 
     def add(self, piece: Path) -> None:
-        """Add the states of the next piece to the output."""
+        """Add the states of the next chunk to the output."""
 
 
 def write_bytes(file: str, data: bytes) -> None:
@@ -54,7 +54,7 @@ def write_bytes(file: str, data: bytes) -> None:
 
 
 def output_names(path: Path) -> tuple[str, ...]:
-    """Return the names of the quantities to write in addition to t."""
+    """Return the names of the quantities to be written in addition to t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
@@ -64,7 +64,7 @@ def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table as CSV in full precision, with a header line of names if `head` is True."""
+    """Return a table as CSV in full precision, preceded by a header line if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -74,14 +74,14 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
 
 
 class CsvOutput:
-    """A CSV file to which the rows of each piece are appended, in constant memory."""
+    """A CSV file to which the rows of each chunk are appended, using constant memory."""
 
     def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
     def add(self, piece: Path) -> None:
-        """Write the rows of the next piece."""
+        """Write the rows of the next chunk."""
         table = columns_as_lists(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
@@ -96,7 +96,7 @@ class CsvOutput:
 
 @dataclass
 class PathCollector:
-    """An output that collects all pieces of a path."""
+    """An output that collects all chunks of a path."""
 
     pieces: list[Path] = field(default_factory=list)
 
@@ -106,7 +106,7 @@ class PathCollector:
 
     @property
     def path(self) -> Path:
-        """The pieces, joined into one path."""
+        """The path obtained by joining all chunks."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 
@@ -129,14 +129,14 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events and labels each with the text of the user's request."""
+    """An output that collects events, labelled as the user specified them on the command line."""
 
     words: tuple[str, ...]
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """Append the events of the next piece."""
+        """Append the events of the next chunk."""
         self.parts.append((piece.events, output_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
@@ -167,7 +167,7 @@ class EventCollector:
 
 
 class Summary:
-    """An output that prints a table of the states, and the largest energy error of all states."""
+    """An output that prints a table of the states and the largest energy error over all states."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
         self._table = StateTable(angles, is_whole)
@@ -175,7 +175,7 @@ class Summary:
         self._last: Path | None = None
 
     def add(self, piece: Path) -> None:
-        """Add the states of the next piece."""
+        """Add the states of the next chunk."""
         if not len(piece):
             self._last = self._last or piece
             return
@@ -213,9 +213,9 @@ def _energy_scale(path: Path) -> float:
 def as_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
-    """Return a path as one JSON object: scene, method and options, then the quantities as lists.
+    """Return a path as a JSON object: scene, method and options, then the quantities as lists.
 
-    `stopped` is the reason why the run stopped early, or None.
+    `stopped` states why the run ended early; it is None otherwise.
     """
     head = {
         "kreisel": version,
@@ -235,7 +235,7 @@ def as_json(
 
 
 def _replace_nonfinite(value: object) -> object:
-    """Return `value` with infinite numbers and NaN replaced by None, which is null in JSON."""
+    """Return `value` with infinities and NaN replaced by None, which JSON represents as null."""
     if isinstance(value, dict):
         return {name: _replace_nonfinite(part) for name, part in value.items()}
     if isinstance(value, list):
@@ -244,5 +244,5 @@ def _replace_nonfinite(value: object) -> object:
 
 
 def as_npz(path: Path) -> bytes:
-    """Return the bytes that path.save writes."""
+    """Return the bytes that path.save would write to a file."""
     return dump_path(path, path._core_events)

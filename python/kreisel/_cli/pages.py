@@ -22,11 +22,11 @@ _REPORT = "validation.__main__"
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
 @click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open the scene in an interactive viewer in the browser.
+    """Open the scene in the interactive viewer in a browser.
 
     The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
-    single HTML file that needs no other files. Its location is printed. Without a browser or
-    display, open the file on another computer, or write it to a file of your choice with --save.
+    single, self-contained HTML file. Its location is printed. Without a browser or display, open
+    the file on another computer, or save it under a name of your choice with --save.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):
@@ -54,9 +54,9 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
-    The measurements use the scenes of the report, or the given SCENE.toml files. Run this command
-    in the root folder of the source tree, because it needs the programs in validation/. The report
-    takes minutes. In the source tree, --help describes these options in full:
+    The measurements use the standard scenes of the report, or the given SCENE.toml files. Run this
+    command in the root folder of the source tree, because it needs the programs in validation/. The
+    report takes minutes. In the source tree, --help describes these options in full:
 
     \b
     --quick, --full     fewer runs, or more runs

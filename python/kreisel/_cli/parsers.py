@@ -1,4 +1,4 @@
-"""Parsers and completion of command-line arguments: scenes, numbers and names."""
+"""Parsing and completion of command-line arguments: scenes, numbers and names."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _AUTO = ("auto", "geometric")
 
 
 class UsageError(click.ClickException):
-    """Error for an invalid argument, raised before anything runs."""
+    """Exception for an invalid argument, raised before any computation starts."""
 
     exit_code = 2
 
 
 def numbers(words: str) -> list[float]:
-    """Parse numbers separated by commas."""
+    """Parse a comma-separated list of numbers."""
     try:
         return [float(word) for word in words.split(",")]
     except ValueError:
@@ -42,12 +42,12 @@ def numbers(words: str) -> list[float]:
 
 
 def names(words: str) -> list[str]:
-    """Parse names separated by commas."""
+    """Parse a comma-separated list of names."""
     return words.split(",")
 
 
 def scene(word: str) -> Scene:
-    """Return the scene named `word` or stored in the file `word`; - is standard input."""
+    """Return the scene named `word` or read from the file `word`, where - means standard input."""
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
@@ -81,12 +81,12 @@ def method(name: str) -> str:
 
 
 def several_methods(words: str) -> list[str]:
-    """Parse names of methods separated by commas."""
+    """Parse a comma-separated list of method names."""
     return [method(name) for name in names(words)]
 
 
 def complete_one(known: Iterable[str], files: bool = False) -> Completer:
-    """Return a function that completes a word to one of the `known` names, or to a file name."""
+    """Return a function that completes a word to one of the `known` names or to a file name."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -97,7 +97,7 @@ def complete_one(known: Iterable[str], files: bool = False) -> Completer:
 
 
 def complete_list(known: Iterable[str]) -> Completer:
-    """Return a function that completes the last word of a list separated by commas."""
+    """Return a function that completes the last word of a comma-separated list."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -115,9 +115,9 @@ A_SCENE = complete_one(about, files=True)
 
 @contextmanager
 def translate_errors(options: Collection[str]) -> Iterator[None]:
-    """Return a context manager that turns exceptions of the package into errors of a command.
+    """Return a context manager that converts exceptions of kreisel into command-line errors.
 
-    Arguments in the messages are written as the options of the command.
+    In the messages, arguments are replaced by the corresponding command-line options.
     """
     try:
         yield
@@ -128,7 +128,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def to_cli_terms(message: str, options: Collection[str]) -> str:
-    """Return `message` with arguments replaced by options: step=0.01 becomes --step 0.01."""
+    """Return `message` with arguments rewritten as options: step=0.01 becomes --step 0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

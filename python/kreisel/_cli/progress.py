@@ -1,4 +1,4 @@
-"""Progress bars and signals during runs; transfer of the computed states to the outputs."""
+"""Progress bars and signal handling during runs, and transfer of computed states to the outputs."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .outputs import Output
 
 
 class SignalHandler:
-    """A handler of Ctrl-C and SIGTERM during a run.
+    """Handler for Ctrl-C and SIGTERM during a run.
 
-    After the first signal the run ends at its last valid state, and the outputs are completed. A
+    After the first signal, the run ends at its last valid state, and the outputs are completed. A
     second signal terminates the process.
     """
 
@@ -29,7 +29,7 @@ class SignalHandler:
 
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
-        """Return a context manager that records signals, so that they raise no exception."""
+        """Return a context manager that records signals instead of raising exceptions."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -64,7 +64,7 @@ class SignalHandler:
             yield
 
     def progress(self, t: float) -> None:
-        """Report the time that the run has reached. Raises KeyboardInterrupt after a signal."""
+        """Report the time reached by the run. Raises KeyboardInterrupt if a signal was received."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:
@@ -73,9 +73,9 @@ class SignalHandler:
 
 @dataclass
 class Outcome:
-    """The end of a run: the exception that stopped the run, and a checkpoint for resuming it.
+    """The outcome of a run: the exception that stopped it, if any, and a checkpoint to resume it.
 
-    The checkpoint is at the last state that all outputs received.
+    The checkpoint is taken at the last state received by all outputs.
     """
 
     stopped: BaseException | None = None
@@ -85,9 +85,9 @@ class Outcome:
 def feed_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> Outcome:
-    """Add all pieces of a path to the outputs, and return how the run ended.
+    """Pass all chunks of a path to the outputs, and return how the run ended.
 
-    `run` provides the checkpoint. If `run` is None, there is no checkpoint.
+    `run` provides the checkpoint. If `run` is None, no checkpoint is made.
     """
     while True:
         checkpoint = run.checkpoint if run else None

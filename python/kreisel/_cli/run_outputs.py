@@ -1,4 +1,4 @@
-"""Outputs of a run: files, and a summary unless standard output is used for a file."""
+"""Outputs of a run: files, and a printed summary unless a file is written to standard output."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
 class OutputOptions(TypedDict):
-    """The options for output files and for the format of the output."""
+    """Options that select the output files and the output format."""
 
     csv_file: str | None
     json_file: str | None
@@ -75,14 +75,14 @@ _OPTIONS = (
 
 
 def output_options(command: _Command) -> _Command:
-    """Add the options of output files to a command."""
+    """Add the output-file options to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
 class RunOutputs:
-    """The outputs of one run, which receive the path in pieces and are completed at the end."""
+    """The outputs of one run, which receive the path in chunks and are completed at the end."""
 
     def __init__(
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
@@ -117,7 +117,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """Return the outputs, beginning with those that cannot fail."""
+        """Return the outputs, starting with those that cannot fail."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
@@ -128,15 +128,16 @@ class RunOutputs:
         return outputs
 
     def discard(self) -> None:
-        """Discard all output, and leave existing files unchanged."""
+        """Discard all output and leave existing files unchanged."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
 
     def finish(self, end: Outcome) -> None:
-        """Finish each output, even if another output fails, and save the run.
+        """Finish every output, even if one of them fails, and save the run.
 
-        The run is saved at the last state that all outputs contain. If an output fails, the run is
-        not saved. Raises the exception that stopped the run, or the first failure of an output.
+        The run is saved at the last state contained in all outputs. If an output fails, the run is
+        not saved. Raises the exception that stopped the run, or else the first exception raised by
+        an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):

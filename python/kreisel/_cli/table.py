@@ -1,4 +1,4 @@
-"""Tables of states on standard output, and unwrapping of angles across the pieces of a path."""
+"""Tables of states for standard output, and unwrapping of angles across the chunks of a path."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Row = tuple[float, ...]
 
 
 class AngleOptions:
-    """Conversion of the quantities of a path to columns, piece by piece, with options for angles.
+    """Conversion of path quantities to columns, chunk by chunk, with options for angles.
 
     degrees  True: angles are in degrees
     unwrap   True: jumps of whole turns are removed, also between consecutive pieces
@@ -46,7 +46,7 @@ class AngleOptions:
 
 
 class StateTable:
-    """A table of states for standard output, with all rows or with the first and last rows.
+    """A table of states for standard output, with all rows or only the first and last rows.
 
     is_whole  True: all rows are kept in memory and printed at the end
     """
@@ -61,7 +61,7 @@ class StateTable:
         self.rows = 0
 
     def add(self, piece: Path, names: tuple[str, ...]) -> None:
-        """Add the states of a piece."""
+        """Add the states of a chunk."""
         table = self._angles.columns(piece, names)
         if not self._heads:
             of = units(piece, names, self._angles.degrees)
@@ -82,7 +82,7 @@ class StateTable:
             self._before[name] = values[-1:]
 
     def show(self) -> None:
-        """Print the table; up to two states are printed as columns in full precision."""
+        """Print the table; one or two states are printed as columns in full precision."""
         if self.rows <= 2:
             self._print_first_and_last_rows()
             return

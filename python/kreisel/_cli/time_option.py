@@ -1,4 +1,4 @@
-"""Times on the command line: numbers and grids start:end:step, separated by commas."""
+"""Times on the command line: comma-separated numbers and grids start:end:step."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _COUNTABLE = 2.0**53
 class Grid:
     """The times first + k * step for 0 <= k < count.
 
-    Each time is the result of a single multiplication, so that rounding errors do not accumulate.
+    Each time is computed by a single multiplication, so rounding errors do not accumulate.
     """
 
     first: float
@@ -63,7 +63,7 @@ class Times:
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:
-        """Return the times as the argument t of kreisel.solve."""
+        """Return the times in a form accepted as the argument t of kreisel.solve."""
         return self.end if self.one else self.array()
 
     def select_beyond(self, t: float) -> Times:
@@ -73,7 +73,7 @@ class Times:
 
 
 def times(words: str) -> Times:
-    """Parse numbers and grids start:end:step, separated by commas."""
+    """Parse comma-separated numbers and grids start:end:step."""
     grids = tuple(map(_parse_grid, words.split(",")))
     _refuse_unordered_grids([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
@@ -96,7 +96,7 @@ def _parse_grid(word: str) -> Grid:
 
 
 def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
-    """Return the grid from start to end, which includes the end if a whole number of steps fits."""
+    """Return the grid from start to end, including the end if a whole number of steps fits."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"{word!r} cannot go from {start:g} to {end:g} with this step")

@@ -1,4 +1,4 @@
-"""Aliases of the spin, which fit the records equally well if there are few samples per turn.
+"""Spin aliases: faster or slower motions that fit sparsely sampled records equally well.
 
 Rotations that differ by a whole turn between two samples cannot be distinguished.
 """
@@ -19,12 +19,12 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
-    """Return points that turn once more or less about an axis between two samples.
+    """Return the parameters of motions with one turn more or one turn less between two samples.
 
-    The list is empty if the body does not turn fast about any of the axes. A faster spin in the
-    same direction is included only if there are fewer than two samples per turn. If the moments are
-    free, each point has a second version with the same momentum. Its moment about the axis is
-    changed accordingly.
+    The list is empty if the body does not rotate fast about any axis. A faster spin in the same
+    direction is included only if there are fewer than two samples per turn. If the moments of
+    inertia are free, each alias also has a variant with the same momentum. The moment of inertia
+    about the rotation axis of this variant is changed accordingly.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -43,7 +43,7 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
 
 
 def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield the direction of the angular velocity, and the principal axes with fast rotation."""
+    """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
@@ -55,7 +55,7 @@ def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]
 def _alias_with_same_momentum(
     p: Parameters, alias: Point, axis: Array, factor: float
 ) -> list[Point]:
-    """Return a copy of the alias with the moment about a principal axis scaled, if it is free."""
+    """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.has("moments") and is_principal and 0.0 < factor < np.inf):
@@ -67,7 +67,7 @@ def _alias_with_same_momentum(
 
 
 def describe_alias(point: Point, alias: Point) -> str:
-    """Return a sentence about another initial state that fits the records equally well."""
+    """Return a sentence that describes another initial state with an equally good fit."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "

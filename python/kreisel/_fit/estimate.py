@@ -20,7 +20,7 @@ LOSSES: tuple[LossName, ...] = ("linear", "soft")
 
 
 class FitInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during kreisel.fit; `fit` is the best fit so far, or None."""
+    """Exception raised by Ctrl-C in kreisel.fit; `fit` is the best fit so far, or None."""
 
     __module__ = "kreisel"  # a traceback shows the public name
 
@@ -60,12 +60,13 @@ def fit(
     progress  a function called after each improvement with the number of computed paths and the
               sum of squares per degree of freedom; an exception in it stops the fit
 
-    During the search, the moments remain those of a rigid body, and friction remains nonnegative.
-    The search for `turning` and `shaking` begins at those of `scene`. On a turning support, a
-    gyroscope measures "inertial_velocity"; "body_velocity" is relative to the support. Errors are
-    standard deviations to first order. Errors are enlarged if the residuals are correlated or
-    larger than their sigma. Parameters keep the values of the guess along directions that the
-    records do not determine. The result names these directions.
+    During the search, the moments of inertia obey the triangle inequalities, and the friction is
+    nonnegative. The search for `turning` and `shaking` starts from the values in `scene`. On a
+    turning support, a gyroscope measures "inertial_velocity"; "body_velocity" is relative to the
+    support. The reported errors are first-order standard deviations. The errors are enlarged if the
+    residuals are correlated, or larger than the given standard deviations. Along directions that
+    the data do not determine, the parameters keep the values of the initial guess. The result lists
+    these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -79,12 +80,12 @@ def fit(
         >>> abs(found.values["I1"] - top.body.moments[0]) < 3 * found.error["I1"]
         True
 
-    Raises TypeError or ValueError for invalid arguments, for fewer measured numbers than free
+    Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
     parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
     can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
-    with the best fit so far as `.fit`. Warns (UserWarning) if the search did not converge, or if no
-    motion fits the records. Also warns if the residuals of a fit with the soft loss are larger than
-    sigma explains.
+    with the best fit so far as `.fit`. Warns (UserWarning) if the search does not converge, or if
+    no motion fits the measurements. Also warns if the residuals of a soft-loss fit are larger than
+    their standard deviations explain.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free(free), _parse_records(records)
@@ -139,7 +140,7 @@ def _better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _no_motion_error(session: SearchSession) -> Error:
-    """Return the exception that the first guess causes."""
+    """Return the exception raised by the motion of the first guess."""
     session.check_start()
     try:
         session.solve_guess()

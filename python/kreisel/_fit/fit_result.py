@@ -1,4 +1,4 @@
-"""Results of fits: the scene, its errors, and the directions that the records do not determine."""
+"""Results of fits: the scene, parameter errors, and directions that the data do not determine."""
 
 from __future__ import annotations
 
@@ -108,9 +108,9 @@ class Fit(ReadOnlyArrays):
 
     @cached_property
     def path(self) -> Path:
-        """The motion at all times of the records, shifted by the delays of their clocks.
+        """The motion at all measurement times, corrected for the clock delays of the instruments.
 
-        If the motion has several pieces, each state follows from the start of its piece.
+        If the motion has several segments, each state is computed from the start of its segment.
         """
         times = []
         for i, record in enumerate(self.records):
@@ -124,9 +124,9 @@ class Fit(ReadOnlyArrays):
     def error_of(self, function: Callable[[Scene], ArrayLike]) -> tuple[Any, Any]:
         """Return the value of a function of the fitted scene, and its standard deviation.
 
-        The function returns a number or an array. The derivatives of the function are computed from
-        finite differences. The error is infinite if the function changes along a direction that the
-        records do not determine.
+        The function must return a number or an array. The derivatives of the function are computed
+        by finite differences. The error is infinite if the function varies along a direction that
+        the data do not determine.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.cusps
@@ -137,7 +137,7 @@ class Fit(ReadOnlyArrays):
             >>> bool(abs(moment - 1.0) < 1e-6), error < 0.02
             (True, True)
 
-        Raises TypeError if the function returns no numbers.
+        Raises TypeError if the function returns anything other than numbers.
         """
         value = _as_numbers(function(self.scene))
         columns = []
@@ -153,14 +153,14 @@ class Fit(ReadOnlyArrays):
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _distance_to_bound(self, k: int) -> float:
-        """Return the distance of parameter k from its bound."""
+        """Return the distance of parameter number k from its bound."""
         return float(self._parameters.distances(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
-        """Return an ensemble of n scenes, drawn at random with the covariance of the fit.
+        """Return an ensemble of n random scenes, drawn with the covariance of the fit.
 
-        Parameters do not vary along directions that the records do not determine. Moments, damping
-        and friction are clipped to their bounds.
+        Parameters do not vary along directions that the data do not determine. Moments of inertia,
+        damping and friction are clipped to their bounds.
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw_steps(np.random.default_rng(key), count)
@@ -169,9 +169,9 @@ class Fit(ReadOnlyArrays):
         )
 
     def plot(self) -> Picture:
-        """Draw the measurements, the motion and the residuals with matplotlib; return the axes.
+        """Plot measurements, fitted motion and residuals with matplotlib, and return the axes.
 
-        There are two axes for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
+        Two axes are drawn for each quantity. `fit.plot().figure.savefig("fit.png")` writes a file.
         Raises ImportError if matplotlib is not installed.
         """
         from .._plot.fit_charts import plot_panels
@@ -179,7 +179,7 @@ class Fit(ReadOnlyArrays):
         return plot_panels([*_list_panels(self)])
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with value, error and unit of each parameter.
+        """Return a pandas.DataFrame with the value, error and unit of each parameter.
 
         Raises ImportError if pandas is not installed.
         """
@@ -194,7 +194,7 @@ class Fit(ReadOnlyArrays):
         return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the scene as TOML text that begins with the summary as a comment.
+        """Return the scene as TOML text, preceded by the summary as a comment.
 
         Scene.from_toml reads the scene. If `path` is given, also write the text to this file.
         """
@@ -208,7 +208,7 @@ class Fit(ReadOnlyArrays):
         return format_summary(self)
 
     def _repr_html_(self) -> str:
-        """Return the summary with a table of the parameters, which notebooks display."""
+        """Return the summary as HTML, with a table of the parameters, for display in notebooks."""
         return format_html(self)
 
     def __repr__(self) -> str:
@@ -249,7 +249,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return the fit with the best solution of a search session."""
+    """Return a Fit built from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
@@ -331,7 +331,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
-    """Return a sentence for each density, damping and friction that is zero."""
+    """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
     distances = p.distances(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):

@@ -1,8 +1,8 @@
-"""Directions of the parameters along which no residual changes, and their descriptions.
+"""Directions in parameter space along which all residuals stay constant, and their descriptions.
 
-Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
-blind directions of a fit are compared with all generators. A blind direction that matches no
-generator is described by its largest components.
+Each generator is a parameter change that leaves some kinds of measurements unchanged. The blind
+directions of a fit, which change no residual, are compared with all generators. A blind direction
+that matches no generator is described by its largest components.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Blocks = Mapping[str, Array]
 def describe_blind_directions(
     parameters: Parameters, point: Point, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
-    """Return a sentence for each blind direction, a column of `blind` in natural units."""
+    """Return a sentence for each blind direction, given as a column of `blind` in natural units."""
     sentences: list[str] = []
     left = blind
     for sentence, change in _list_generators(parameters, point):
@@ -56,7 +56,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield the known changes that leave some measurements unaffected, each with a sentence."""
+    """Yield parameter changes that leave some measurements unchanged, with descriptions."""
     yield from _list_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
@@ -78,7 +78,7 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
 def _yield_change_if_free(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the change of the given parameter blocks if all of them are free."""
+    """Yield a change of the given parameter blocks if all of these blocks are free."""
     if not all(p.has(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -131,7 +131,7 @@ def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
 
 
 def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
-    """Return the changes that scale the torque of gravity, one for each of its factors."""
+    """Return the changes that scale the torque of gravity, one for each factor of the torque."""
     made = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},

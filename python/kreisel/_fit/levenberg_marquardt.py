@@ -1,9 +1,9 @@
-"""The method of Levenberg and Marquardt, in natural units, without steps in blind directions.
+"""Levenberg-Marquardt method in natural units, without steps along blind directions.
 
-In natural units, the eigenvectors of J^T J with negligible eigenvalues are the directions in which
-no residual changes. A step has no components along these directions, so that the search does not
-drift. Sources: Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss, SciPy's
-least_squares and Triggs and others, Bundle adjustment, 1999.
+In natural units, eigenvectors of J^T J with negligible eigenvalues are directions along which the
+residuals do not change. Steps have no component along these directions, which prevents the search
+from drifting. Sources: Marquardt, SIAM Journal on Applied Mathematics 11 (1963) 431; for the loss,
+SciPy's least_squares and Triggs and others, Bundle adjustment, 1999.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ P = TypeVar("P")
 
 
 class Model(Protocol[P]):
-    """A model with residuals, as kreisel._fit.residuals.ResidualModel."""
+    """A model with residuals, such as kreisel._fit.residuals.ResidualModel."""
 
     @property
     def evaluations(self) -> int: ...
@@ -46,7 +46,7 @@ class Model(Protocol[P]):
 
 
 class Minimum(NamedTuple):
-    """The best point of a search.
+    """The best point found by a search.
 
     has_converged  True if the last step improved the cost by less than the tolerance
     """
@@ -65,7 +65,7 @@ def compute_cost(residuals: Array, loss: LossName) -> float:
 
 
 def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
-    """Return the evaluation with each row multiplied by the square root of its weight."""
+    """Return the residuals and Jacobian with each row scaled by the square root of its weight."""
     if loss == "linear":
         return evaluation
     weight = (1.0 + evaluation.residuals**2) ** -0.25
@@ -89,9 +89,9 @@ class Search(NamedTuple):
 
 
 def minimize(model: Model[P], point: P, search: Search) -> Minimum:
-    """Search for a local minimum of the cost, beginning at `point`, and return it.
+    """Search for a local minimum of the cost, starting from `point`, and return the minimum.
 
-    The search ends early if the residuals are large and hardly decrease.
+    The search stops early if the residuals are large and hardly decrease.
     """
     evaluation = model.evaluate(point)
     best = Minimum(point, evaluation, _finite_cost(evaluation, search.loss), False)
@@ -119,7 +119,7 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
 
 
 def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
-    """Return True if the residuals are large; for the soft loss, if most of them are."""
+    """Return True if the residuals (with the soft loss, most of them) are large."""
     residuals = found.evaluation.residuals
     if loss == "linear":
         return found.cost > _FAR * residuals.size
@@ -158,7 +158,7 @@ class _DampedSteps:
 def _find_improvement(
     model: Model[P], point: P, steps: _DampedSteps, damping: float, cost: float, search: Search
 ) -> tuple[Minimum | None, float]:
-    """Return the first damped step that does not raise the cost, and the next damping."""
+    """Return the first damped step that does not increase the cost, and the next damping."""
     while model.evaluations < search.limit:
         moved = model.move(point, steps.step(damping))
         evaluation = model.evaluate(moved)

@@ -1,4 +1,4 @@
-"""Attitudes and angular velocities along a motion, computed from records alone."""
+"""Attitudes and angular velocities along a motion, computed from the measurements alone."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ApexTrace(NamedTuple):
 
 
 def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
-    """Return the motions that the records determine, the most complete one first."""
+    """Return the motions determined by the records, starting with the most complete one."""
     turned = rotation_matrix(point.axes)
     made: list[MotionData] = []
     for record in records:
@@ -84,7 +84,7 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
 
 
 def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
-    """Return the traces of the apex that the records contain."""
+    """Return the traces of the apex contained in the records."""
     made = []
     for record in records:
         found = _read_apex(record, point)
@@ -124,7 +124,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
 
 
 def _select_longest_stretch(t: Array, series: Series) -> tuple[Array, Array]:
-    """Return the longest sequence of complete rows at distinct times, without a gap in time."""
+    """Return the longest sequence of complete rows with distinct times and no gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
@@ -141,7 +141,7 @@ def _select_longest_stretch(t: Array, series: Series) -> tuple[Array, Array]:
 
 
 def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
-    """Return True for each row that is near the median of its neighbours.
+    """Return a mask that is True for each row close to the median of its neighbours.
 
     Source: Hampel, Journal of the American Statistical Association 69 (1974) 383.
     """
@@ -166,7 +166,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Return the motion with these attitudes; velocities come from pairs that are not too close."""
+    """Return the motion with these attitudes; velocities come from pairs sufficiently far apart."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
@@ -179,7 +179,7 @@ def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
 
 
 def _relative_rotations(q: Array, stride: int) -> Array:
-    """Return the rotation from each attitude to the one `stride` rows later."""
+    """Return the rotation from each attitude to the attitude `stride` rows later."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
@@ -195,7 +195,7 @@ def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[
 
 
 def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical nearest to the first of the times `since`."""
+    """Return the measured vertical whose time is nearest to the first of the times `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None
@@ -213,7 +213,7 @@ def _motion_in_space(t: Array, velocity: Array) -> list[MotionData]:
 
 
 def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
-    """Return the attitudes obtained from `first` by integration of the angular velocities."""
+    """Return the attitudes obtained by integrating the angular velocities from `first`."""
     made = np.empty((len(t), 4))
     made[0] = first
     made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))

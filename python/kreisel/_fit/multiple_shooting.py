@@ -1,7 +1,7 @@
-"""Multiple shooting: pieces of a motion with separate initial states, joined without gaps.
+"""Multiple shooting: segments of a motion with separate initial states, joined without gaps.
 
-The gaps between the pieces are residuals whose standard deviation decreases from stage to stage.
-Errors grow only within a piece, so that chaotic motions can be fitted over many Lyapunov times.
+The gaps between segments are residuals whose standard deviation decreases from stage to stage.
+Errors grow only within a segment, so chaotic motions can be fitted over many Lyapunov times.
 Source: Bock, Recent advances in parameter identification techniques for ODE, 1983.
 """
 
@@ -42,13 +42,13 @@ _START = ("attitude", "velocity")
 
 
 class PieceStarts(NamedTuple):
-    """The initial states of all pieces. The first piece also has all other parameters."""
+    """The initial states of all segments. The first segment also contains all other parameters."""
 
     points: tuple[Point, ...]
 
 
 def choose_pieces(point: Point, records: Sequence[Record]) -> int:
-    """Return a number of pieces for which errors grow little within a piece."""
+    """Return a number of segments for which errors grow little within each segment."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -64,10 +64,10 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
 
 
 class ShootingModel:
-    """The residuals of all pieces and of the gaps between them.
+    """Residuals of all segments and of the gaps between them.
 
-    The first columns are the parameters of the first piece, followed by the initial states of the
-    other pieces.
+    The first columns are the parameters of the first segment, followed by the initial states of the
+    other segments.
     """
 
     def __init__(
@@ -109,7 +109,7 @@ class ShootingModel:
         self.rows.append(np.concatenate(rows))
 
     def _column_indices(self) -> list[Indices]:
-        """Return the indices of the columns that belong to the parameters of each piece."""
+        """Return the column indices of the parameters of each segment."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
             columns = np.empty(model.parameters.size, dtype=np.intp)
@@ -124,7 +124,7 @@ class ShootingModel:
         return made
 
     def start_on_motion(self, point: Point, motion: MotionData) -> PieceStarts:
-        """Return pieces that begin on a measured motion, with the other parameters of `point`."""
+        """Return segments that start on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
@@ -133,7 +133,7 @@ class ShootingModel:
         return PieceStarts(tuple(points))
 
     def start_on_motion_of(self, point: Point) -> PieceStarts:
-        """Return pieces that begin on the motion of `point`."""
+        """Return segments that start on the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
@@ -179,7 +179,7 @@ class ShootingModel:
         return Evaluation(residuals, jacobian)
 
     def _gap_after_piece(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
-        """Return the gap between piece k and the next one, and its derivatives."""
+        """Return the gap between segment k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
@@ -217,9 +217,9 @@ def minimize_by_shooting(
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum at which the pieces join; each stage of the search reduces the gaps.
+    """Return the minimum with joined segments; each stage of the search reduces the gaps.
 
-    The search ends early if the records disagree even with pieces that need not join.
+    The search stops early if even separate segments disagree with the records.
     """
     found: Minimum | None = None
     for gap in GAPS:
@@ -235,11 +235,11 @@ def minimize_by_shooting(
 
 
 def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
-    """Return True if pieces that need not join agree with the records."""
+    """Return True if separate segments, which need not join, agree with the records."""
     model.gap = GAPS[0]
     search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _ignore_minimum(_: Minimum) -> None:
-    """Ignore a minimum at which the pieces do not join."""
+    """Ignore a minimum at which the segments do not join."""

@@ -1,9 +1,9 @@
-"""Free parameters of a fit: their blocks, bounds, natural sizes, names and units.
+"""Free parameters of a fit: their blocks, bounds, natural scales, names and units.
 
-The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial is a rigid
-body. A plate has one of a, b, c equal to zero. An attitude changes by a small rotation from its
-current value, so that its coordinates have no singular points. Source: Rucker and Wensing, IEEE
-Robotics and Automation Letters 7 (2022) 2132.
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0; every trial describes a rigid
+body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its current
+value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics and
+Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Point:
 
     @cached_property
     def moments(self) -> Array:
-        """The principal moments, not below 1e-12 times their sum."""
+        """The principal moments, each at least 1e-12 times their sum."""
         made: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
         return safe
@@ -142,7 +142,7 @@ class Point:
         return made
 
     def rate_of_state(self, q: Array, m: Array) -> Array:
-        """Return the angular velocity relative to the support for a state of the motion."""
+        """Return the angular velocity relative to the support, given a state of the motion."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
@@ -173,14 +173,14 @@ class Point:
         )
 
     def shaking_from(self, t: float) -> Vector | None:
-        """Return the shaking of a scene that starts at the time t of the motion."""
+        """Return the shaking for a scene that starts at the time t of the motion."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
         return advance_shaking((amplitude, rate, phase), t)
 
     def acceleration_at(self, t: Array) -> Array:
-        """Return the acceleration along -e3 at times t that is due to gravity and the shaking."""
+        """Return the acceleration along -e3 at times t due to gravity and shaking."""
         amplitude, rate, phase = self.shaking
         made: Array = self.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         return made
@@ -213,13 +213,13 @@ def point_of_scene(scene: Scene) -> Point:
 
 
 def _is_physical(point: Point) -> bool:
-    """Return True if some distribution of mass has these moments, mass and centre of mass."""
+    """Return True if some mass distribution has these moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
 
 def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free blocks in a fixed order; "start" stands for attitude and velocity."""
+    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -236,7 +236,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return a matrix with three rows and one column of ones for each group of equal numbers."""
+    """Return a matrix of shape (3, n) whose columns indicate the n groups of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -247,7 +247,7 @@ def _group_equal_numbers(values: Array) -> Array:
 
 
 class Parameters:
-    """The free parameters of a scene and of the instruments of its records.
+    """Free parameters of a scene and of the instruments that recorded its motion.
 
     slices   {key: slice}: the columns of each block
     size     the number of free parameters
@@ -280,7 +280,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_support(self, length: float) -> None:
-        """Raise ValueError if support or friction make derivatives impossible."""
+        """Raise ValueError if the support or friction makes derivatives impossible."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -314,7 +314,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the columns of a property of an instrument, and return its initial values."""
+        """Add the columns for a property of an instrument, and return its initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add(key, 3 if name == "mounting" else 1)
@@ -334,7 +334,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move(self, point: Point, step: Array) -> Point:
-        """Return the point moved by `step` (an array of shape (size,)), clipped to the bounds."""
+        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -364,7 +364,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
-        """Return the equivalent shaking with a positive rate and the scene's sign of amplitude."""
+        """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -383,7 +383,7 @@ class Parameters:
         return made
 
     def distances(self, point: Point) -> Array:
-        """Return the distance of each parameter to its lower bound."""
+        """Return the distance of each parameter from its lower bound."""
         made = np.full(self.size, np.inf)
         for name, columns, values in (
             ("moments", self.moments, point.densities),
@@ -401,7 +401,7 @@ class Parameters:
         return made
 
     def natural_sizes(self, point: Point, span: float) -> Array:
-        """Return the magnitude of a significant change of each parameter.
+        """Return the magnitude that counts as a significant change of each parameter.
 
         span  the length of the records [T]
         """
@@ -440,9 +440,9 @@ class Parameters:
         return made
 
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with a positive friction if friction is free.
+        """Return the scene in its principal axes, with positive friction if the friction is free.
 
-        At zero friction, derivatives with respect to friction do not exist.
+        Derivatives with respect to friction do not exist at zero friction.
         """
         if self.has("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
@@ -456,7 +456,7 @@ class Parameters:
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene of a point, in the frame of description of the user's body.
+        """Return the scene for a point, in the frame of description of the user's body.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
@@ -497,10 +497,10 @@ class Parameters:
         )
 
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
-        """Return the names, units and values of the parameters in the form shown to users.
+        """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the derivative of the values with respect to a step, a matrix of shape
-        (size, size).
+        The last item is the Jacobian matrix of the values with respect to a step, of shape (size,
+        size).
         """
         names: list[str] = []
         units: list[str] = []

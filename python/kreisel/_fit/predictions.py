@@ -1,8 +1,8 @@
-"""Predicted quantities along the motion of a point, with their derivatives.
+"""Predicted quantities along the motion for given parameters, with their derivatives.
 
-The core differentiates with respect to the attributes of a scene. The chain rule gives the
-derivatives with respect to the parameters of a fit. Vectors fixed in the body have components in
-the frame of description.
+The core computes derivatives with respect to the attributes of a scene. The chain rule yields the
+derivatives with respect to the fit parameters. Body-fixed vectors have components in the frame of
+description.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """The values of a quantity, and its derivatives, which are empty if not requested.
+    """The values of a quantity, and their derivatives, which are empty unless requested.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time
@@ -47,7 +47,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The states of a point's motion in its principal axes, and their tangents.
+    """The states of a motion in principal axes, and their derivatives (tangents).
 
     block      the scene of the point, for the core
     states     (n, 8)
@@ -88,7 +88,7 @@ class Motion:
 
     @cached_property
     def time_derivatives(self) -> Array:
-        """The time derivatives of the attitude, as a rotation vector, and of the momentum m."""
+        """Time derivatives of the attitude (as a rotation vector) and of the angular momentum m."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
         change = values("body_acceleration", self.block, self.states)
@@ -99,7 +99,7 @@ class Motion:
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
-        """Return the prediction of a quantity; specific_force is predicted at the point `place`."""
+        """Return the prediction of a quantity; specific_force is evaluated at the point `place`."""
         if name == INERTIAL_VELOCITY.name:
             return self._to_frame_of_description(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
@@ -129,7 +129,7 @@ class Motion:
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
-        """Return the derivatives of a quantity from the core, with zeros where none exist."""
+        """Return the derivatives of a quantity computed by the core, or zeros where none exist."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c
@@ -156,7 +156,7 @@ class Motion:
         return Prediction(seen.values @ self.axes.T, by, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
-        """Return W' x r + W x (W x r) + g V at the place r, with the vertical V."""
+        """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
         change = self._to_frame_of_description(self._predict_inertial_acceleration())
         rate = self._to_frame_of_description(self._predict_inertial_velocity())
         up = self._to_frame_of_description(self._call_core("body_vertical"))
@@ -237,7 +237,7 @@ class Motion:
         return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Return the spin angle of the frame of description rather than of the principal axes."""
+        """Return the spin angle of the frame of description instead of the principal axes."""
         p, axes, n = self.parameters, self.axes, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()

@@ -1,4 +1,4 @@
-"""Records of measurements: times, quantities, their standard deviations, and the instrument."""
+"""Records of measurements: times, quantities, standard deviations, and the instrument."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Series(NamedTuple):
 
     @property
     def width(self) -> int:
-        """The number of residuals per row; 3 for an attitude, the components of a rotation."""
+        """The number of residuals per row; 3 for an attitude, which counts as a rotation vector."""
         return 3 if self.is_attitude else self.values.shape[1]
 
     @property
@@ -103,8 +103,8 @@ class Record(ReadOnlyArrays):
     values   {quantity: (n, ...)}: names of quantities or of their components, as "apex_x", and
              their values. NaN where nothing was measured. q is scalar first, and -q equals q
     sigma    standard deviation of the errors: a number, or an array that broadcasts to the values,
-             or {quantity: number or array}. The sigma of q is an angle [rad]. None: it is estimated
-             from the residuals of the fit, for each quantity
+             or {quantity: number or array}. The standard deviation of q is an angle [rad].
+             None: it is estimated from the residuals of the fit, for each quantity
     free     properties of the instrument that the fit estimates: "bias" and "scale" of each
              component, "mounting", the rotation from the instrument to the frame of the body, and
              "delay", the time by which the clock of the instrument is ahead [T]
@@ -113,10 +113,10 @@ class Record(ReadOnlyArrays):
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
              point in the frame of the body [L]
 
-    The quantities are those of a path and `specific_force`. The specific force is the acceleration
-    of `point` minus that of gravity, in the body frame [L T^-2]. At rest, the specific force points
-    up and has the magnitude of gravity. A gyroscope measures body_velocity or, on a turning
-    support, inertial_velocity.
+    The possible quantities are those of a path, and `specific_force`. The specific force is the
+    acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At rest,
+    the specific force points up and has the magnitude of gravity. A gyroscope measures
+    body_velocity or, on a turning support, inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
     independent and normally distributed.
@@ -126,10 +126,10 @@ class Record(ReadOnlyArrays):
         >>> record
         <kreisel.Record: 2 times, t = 0 .. 0.1; apex_x, apex_y; 4 numbers>
 
-    Raises TypeError for arguments that are not numbers. Raises ValueError for unknown names, times
-    that decrease, values of the wrong shape, infinite values, and a record without measurements.
-    Also raises ValueError for a sigma that is not positive, and for quaternions whose norm differs
-    from 1 by more than 0.001.
+    Raises TypeError for arguments that are not numbers. Raises ValueError for unknown names,
+    decreasing times, values of the wrong shape, infinite values, and a record without measurements.
+    Also raises ValueError for a nonpositive sigma, and for quaternions whose norm differs from 1 by
+    more than 0.001.
     """
 
     t: Array
@@ -172,7 +172,7 @@ class Record(ReadOnlyArrays):
 
     @property
     def missing(self) -> int:
-        """The number of values that are NaN and left out; an attitude counts as 3."""
+        """The number of values that are NaN and therefore ignored; an attitude counts as 3."""
         return sum(len(self.t) * one.width for one in self.series) - self.size
 
     def __repr__(self) -> str:
@@ -194,15 +194,16 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> Record:
-        """Read a record from a CSV file whose first line contains the names of the columns.
+        """Read a record from a CSV file whose first line contains the column names.
 
         columns  {quantity: names of its columns}, as in {"body_velocity": ("wx", "wy", "wz")}. The
                  default is all columns except t, which then have names such as body_velocity_x
         t        the name of the column of times
 
         Fields may be separated by commas, semicolons or tabs. Empty fields and NaN mark values that
-        were not measured. The other arguments are those of kreisel.Record. Raises ValueError for
-        missing and unknown columns and for fields that are not numbers, and OSError as open does.
+        were not measured. The remaining arguments are those of kreisel.Record. Raises ValueError
+        for missing or unknown columns and for fields that are not numbers, and OSError if the file
+        cannot be read.
         """
         table = read_csv_columns(file)
         times, values = select_columns(table, columns, t, _PARTS)
@@ -220,17 +221,18 @@ class Record(ReadOnlyArrays):
         degrees: bool = False,
         point: ArrayLike | None = None,
     ) -> Record:
-        """Return a record of the columns of a pandas.DataFrame.
+        """Return a record built from the columns of a pandas.DataFrame.
 
-        The arguments are as in kreisel.Record.from_csv. If there is no column `t`, the times are
-        taken from an index of this name. Raises TypeError for objects other than a DataFrame.
+        The arguments have the same meaning as in kreisel.Record.from_csv. If there is no column
+        `t`, the times are taken from an index of this name. Raises TypeError if the first argument
+        is not a DataFrame.
         """
         times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 
 def _count_measured_numbers(series: Series) -> int:
-    """Return the number of independent measured numbers of a series."""
+    """Return the number of independent measured values in a series."""
     if series.is_attitude:
         return 3 * int(series.measured[:, 0].sum())
     return int(series.measured.sum())
@@ -258,7 +260,7 @@ def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
 
 
 def _resolve_name(name: object) -> tuple[str, int | None]:
-    """Return the quantity and the index of the component that `name` denotes."""
+    """Return the quantity and the component index denoted by `name`."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
     quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))
@@ -321,7 +323,7 @@ def _normalize_attitudes(q: Array, measured: Mask) -> tuple[Array, Mask]:
 
 
 def _parse_sigma(name: str, sigma: Sigma, measured: Mask, unit: float) -> Array | None:
-    """Return the standard deviations, which are 1 where nothing was measured."""
+    """Return the standard deviations, set to 1 where nothing was measured."""
     shape = measured.shape
     given = sigma.get(name) if isinstance(sigma, Mapping) else sigma
     if given is None:
@@ -376,7 +378,7 @@ def _parse_free(
 
 
 def slice_record(record: Record, begin: int, end: int, origin: float = 0.0) -> Record:
-    """Return the rows begin .. end - 1 of a record, with times since `origin`."""
+    """Return rows begin to end - 1 of a record, with times relative to `origin`."""
     made = object.__new__(Record)
     series = tuple(
         one._replace(

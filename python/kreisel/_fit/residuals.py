@@ -1,4 +1,4 @@
-"""Residuals of records, in standard deviations, with derivatives by the free parameters."""
+"""Residuals of records, in units of their standard deviations, and their Jacobian matrix."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ _FEWEST_STEPS = 1000
 
 
 class Evaluation(NamedTuple):
-    """The residuals of a point and, if requested, their derivatives (the Jacobian matrix)."""
+    """The residuals at a point and, if requested, their derivatives (the Jacobian matrix)."""
 
     residuals: Array
     jacobian: Array
 
 
 class EndState(NamedTuple):
-    """The attitude q and momentum m at the end of a piece, and their derivatives."""
+    """The attitude q and angular momentum m at the end of a segment, and their derivatives."""
 
     q: Array
     m: Array
@@ -53,7 +53,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """A series of a record, with its rows in the residuals.
+    """A series of a record, and its rows in the residual vector.
 
     record  the index of the record
     series  the measurements
@@ -84,7 +84,7 @@ class Rows:
 
 
 def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Rows, ...]:
-    """Return a Rows object for each series of the records, given the sigmas of each series."""
+    """Return a Rows object for each series of the records, given the standard deviations."""
     made: list[Rows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -138,7 +138,7 @@ class ResidualModel:
         return self.parameters.distances(point)
 
     def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
-        """Return the residuals at a point; infinite if no path can be computed there."""
+        """Return the residuals at a point; they are infinite if no path can be computed there."""
         try:
             return self._evaluate(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -178,7 +178,7 @@ class ResidualModel:
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
     def _shift_times(self, point: Point) -> tuple[Array, list[Indices]]:
-        """Return the times of the motion at which the instruments measured."""
+        """Return the measurement times of the instruments on the clock of the motion."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
             return self._unshifted
@@ -214,7 +214,7 @@ class ResidualModel:
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Return the path at times of one sign; trials with tangents have a limit on the steps."""
+        """Return the path at times of one sign; trial runs with tangents have a step limit."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)

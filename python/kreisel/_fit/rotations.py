@@ -1,4 +1,4 @@
-"""Rotations of many vectors at once: exponential, logarithm and their derivatives.
+"""Rotations of many vectors at once: exponential map, logarithm, and their derivatives.
 
 Source: Sola, Deray and Atchuthan, A micro Lie theory for state estimation in robotics, 2018
 (arXiv:1812.01537).
@@ -14,7 +14,7 @@ _SMALL = 1e-4  # smaller angles use the limit of the series [rad]
 
 
 def cross_matrix(v: Array) -> Array:
-    """Return the matrix, of shape (..., 3, 3), whose product with a vector w is v x w."""
+    """Return the matrices, of shape (..., 3, 3), that map a vector w to v x w."""
     made = np.zeros((*v.shape, 3))
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     made[..., 0, 1], made[..., 0, 2], made[..., 1, 2] = -z, y, -x
@@ -76,9 +76,9 @@ def rotation_matrix(q: Array) -> Array:
 def quaternion_of_matrix(matrix: Array) -> Array:
     """Return the unit quaternion of a rotation matrix.
 
-    The quaternion is the eigenvector with the largest eigenvalue of a symmetric matrix, which is
-    accurate for all angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23
-    (2000) 1085.
+    The quaternion is the eigenvector for the largest eigenvalue of a symmetric matrix; this method
+    is accurate for all rotation angles. Source: Bar-Itzhack, Journal of Guidance, Control, and
+    Dynamics 23 (2000) 1085.
     """
     m, k = matrix, np.zeros((4, 4))
     k[0, 0] = np.trace(m)
@@ -89,7 +89,7 @@ def quaternion_of_matrix(matrix: Array) -> Array:
 
 
 def tilt_to(direction: Array) -> Array:
-    """Return the quaternions of the shortest rotations from e3 to unit vectors."""
+    """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)
     is_vertical = sine == 0.0

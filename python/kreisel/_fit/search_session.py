@@ -1,4 +1,4 @@
-"""The search for a fit: guesses, growing parts of the records, and estimated noise."""
+"""The search for a fit: initial guesses, growing parts of the records, and estimated noise."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Solution(NamedTuple):
 
 
 class SubspaceModel:
-    """A model in which the parameters change only within the subspace of a projection."""
+    """A model whose parameters vary only within the subspace of a projection."""
 
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
@@ -98,7 +98,7 @@ class SubspaceModel:
 
 
 class SearchSession:
-    """A search from one scene.
+    """A search that starts from one scene.
 
     model  the residuals of all records
     best   the best solution so far, or None
@@ -131,15 +131,15 @@ class SearchSession:
         return [rows.sigma for rows in self.model.rows]
 
     def solve_guess(self) -> None:
-        """Compute the motion of the scene; raise kreisel.Error if it fails."""
+        """Compute the motion of the scene; raise kreisel.Error if the computation fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_start(self) -> None:
-        """Raise ValueError if no motion fits, and friction holds the top in its initial state.
+        """Raise ValueError if no motion fits and friction holds the top in its initial state.
 
-        Many earlier motions then end in this state.
+        Many different earlier motions can end in this state.
         """
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
@@ -153,7 +153,7 @@ class SearchSession:
                 ) from None
 
     def check_records(self) -> None:
-        """Raise ValueError for too few numbers, and for records that begin long after t = 0."""
+        """Raise ValueError if values are too few, or if the records begin long after t = 0."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -169,7 +169,7 @@ class SearchSession:
             )
 
     def check_pieces(self, pieces: int | None) -> None:
-        """Raise ValueError if the records have fewer than two times for each piece."""
+        """Raise ValueError if the records have fewer than two times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
@@ -209,14 +209,14 @@ class SearchSession:
         self._try_aliases()
 
     def _split_chaotic(self, point: Point) -> None:
-        """Divide the best motion into pieces if errors grow too much for a linear approximation."""
+        """Divide the best motion into segments if errors grow too much for linearization."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             self._minimize_by_shooting(model, model.start_on_motion_of(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
-        """Search from the guesses, beginning with the one that agrees best with the records."""
+        """Search from the guesses, starting with the one that agrees best with the records."""
         points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -230,10 +230,10 @@ class SearchSession:
             self._search_with_slow_growth(points[0][2])
 
     def _search_with_slow_growth(self, point: Point) -> None:
-        """Search from the scene's body on slowly growing parts of the records.
+        """Search from the body of the scene, fitting slowly growing parts of the records.
 
-        The search then never loses the phase of an oscillation. The body of a first guess is not
-        used, because noise biases its moments and thus its frequencies.
+        This prevents the search from losing the phase of an oscillation. The body of an initial
+        guess is not used, because noise biases its moments of inertia and hence its frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -252,7 +252,7 @@ class SearchSession:
         return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
 
     def _measure_misfit(self) -> float:
-        """Return chi2 per degree of freedom; for the soft loss, an estimate from the median."""
+        """Return chi2 per degree of freedom or, for the soft loss, a median-based estimate."""
         if self.best is None:
             return np.inf
         if self.loss == "linear":
@@ -267,7 +267,7 @@ class SearchSession:
         """Return True if the residuals are as small as the noise.
 
         With the soft loss, the result is always False, because a wrong motion may agree with all
-        records but the outliers.
+        measurements except outliers.
         """
         if self.loss == "soft":
             return False
@@ -275,19 +275,19 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def _is_plausible(self) -> bool:
-        """Return True unless the residuals exceed what noise and some outliers can explain."""
+        """Return True unless the residuals exceed what noise and a few outliers can explain."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
         return bool(self._measure_misfit() <= limit)
 
     def measure_excess(self) -> float:
-        """Return the typical residual of a fit with the soft loss, in sigmas, or 0 if plausible."""
+        """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
     def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
-        """Return the settings of a search that reports each minimum."""
+        """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
             self._keep_if_best(found, model)
@@ -295,7 +295,7 @@ class SearchSession:
         return Search(self.loss, limit, ftol, report)
 
     def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
-        """Store a minimum for the whole records if it is the best so far; report the progress."""
+        """Store a minimum for the complete records if it is the best so far; report progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
@@ -308,7 +308,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from(self, point: Point, agreement: float) -> None:
-        """Search from a point, beginning with the parts of the records that agree with it."""
+        """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_parts(point, agreement)
         settings = self._search_settings(_FTOL, self.model, self.limit)
@@ -320,9 +320,9 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign_of_com(self) -> None:
-        """Reverse the centre of mass and the vertical if the former is opposite to the scene's.
+        """Reverse the centre of mass and the vertical if the former points opposite to the scene's.
 
-        Instruments on the body measure the same values after this reversal.
+        Body-mounted instruments measure the same values after this reversal.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -334,9 +334,9 @@ class SearchSession:
             self._replace_best(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _choose_heading(self) -> None:
-        """Rotate the best point about the vertical so that its turning agrees with the scene's.
+        """Rotate the best solution about the vertical so that its `turning` matches the scene's.
 
-        Instruments on the body cannot measure this rotation.
+        Body-mounted instruments cannot detect this rotation.
         """
         p, best = self.parameters, self.best
         if best is None or best.pieces or not (p.has("attitude") and p.has("turning")):
@@ -359,7 +359,7 @@ class SearchSession:
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_aliases(self) -> None:
-        """Search from aliases of the spin that may fit as well; keep a clearly better result."""
+        """Search from spin aliases that may fit equally well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -396,7 +396,7 @@ class SearchSession:
         self._report_cost(found.cost)
 
     def _fit_growing_parts(self, point: Point, agreement: float) -> Point:
-        """Return a point fitted to ever longer parts of the records."""
+        """Return a point fitted to successively longer parts of the records."""
         is_slow = agreement == 0.0
         horizon, times = 0.0, np.unique(np.abs(np.concatenate([r.t for r in self.records])))
         least = float(times[min(len(times) - 1, 2 * self.parameters.size)])
@@ -420,14 +420,14 @@ class SearchSession:
         return found.point
 
     def _model_up_to(self, horizon: float) -> ResidualModel | None:
-        """Return the residuals for |t| <= horizon, or None if there are too few measurements."""
+        """Return the residual model for |t| <= horizon, or None if measurements are too few."""
         records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
     def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the records for |t| <= horizon, and their sigmas."""
+        """Return the records restricted to |t| <= horizon, and their standard deviations."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
@@ -439,8 +439,8 @@ class SearchSession:
     def _find_agreement(self, point: Point) -> tuple[float, float]:
         """Return the time up to which a motion agrees with the records, and its cost.
 
-        The time is at most that of the last measurement, and the cost is computed with the soft
-        loss.
+        The time does not exceed that of the last measurement, and the cost is computed with the
+        soft loss.
         """
         found = self.model.evaluate(point, has_jacobian=False)
         if not np.isfinite(found.residuals).all():
@@ -452,7 +452,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Search with the motion in at least `least` pieces; keep a clearly better result."""
+        """Search with the motion in at least `least` segments; keep a clearly better result."""
         for guess in guesses:
             count = pieces or choose_pieces(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -473,19 +473,20 @@ class SearchSession:
             self._minimize_by_shooting(model, model.start_on_motion_of(self.parameters.start), 0.5)
 
     def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
-        """Return the guesses, sorted by their agreement with the records."""
+        """Return the guesses sorted by their agreement with the records."""
         found = [(*self._find_agreement(guess.point), guess) for guess in guesses]
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
     def _agrees_with_any(self, guesses: list[Guess]) -> bool:
-        """Return True if the motion of some guess agrees with all records.
+        """Return True if the motion of any guess agrees with all records.
 
-        If so, the motions of other guesses may seem chaotic only because these guesses are wrong.
+        In this case, the motions of other guesses may appear chaotic only because these guesses are
+        wrong.
         """
         return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
     def _fits_in_part(self, guess: Guess, count: int) -> bool:
-        """Return True if a part of the records can be fitted by pieces with large gaps."""
+        """Return True if segments with large gaps can fit a part of the records."""
         records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
@@ -497,7 +498,7 @@ class SearchSession:
     def _minimize_by_shooting(
         self, model: ShootingModel, begin: PieceStarts, factor: float
     ) -> None:
-        """Search with the motion in pieces; keep a result below `factor` times the best cost."""
+        """Search with the motion in segments; keep a result below `factor` times the best cost."""
         before = self.best
         self.best = None
         found = minimize_by_shooting(
@@ -565,7 +566,7 @@ class SearchSession:
         return float(np.sqrt((own @ own) / own.size))
 
     def check_sensitivity(self) -> None:
-        """Raise ValueError if a series does not change with any free parameter."""
+        """Raise ValueError if a series is insensitive to all free parameters."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:

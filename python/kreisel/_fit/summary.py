@@ -11,7 +11,7 @@ from .._utils.html import format_table
 
 
 class SeriesSummary(Protocol):
-    """A series with its standard deviations or None, for the summary."""
+    """A series with its standard deviations (or None), for the summary."""
 
     @property
     def sigma(self) -> object: ...
@@ -28,7 +28,7 @@ class RecordSummary(Protocol):
 
 
 class FitValues(Protocol):
-    """The attributes of kreisel.Fit that its summary shows."""
+    """The attributes of kreisel.Fit that the summary shows."""
 
     @property
     def records(self) -> Sequence[RecordSummary]: ...
@@ -78,7 +78,7 @@ _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentio
 
 
 def format_summary(fit: FitValues) -> str:
-    """Return a row for each parameter, then sentences about the quality of the fit."""
+    """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
     rows = _list_rows(fit)
     width = max(len(name) for name, *_ in rows)
     lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
@@ -102,7 +102,7 @@ def _format_head(fit: FitValues) -> str:
 
 
 def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
-    """Return the name, the value with its error, and the unit of each parameter and ratio."""
+    """Return the name, value with error, and unit of each parameter and moment ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")
@@ -112,7 +112,7 @@ def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
 
 
 def format_value(value: float, error: float) -> str:
-    """Return the text of a value and its error, with as many digits as are significant."""
+    """Return a value and its error as text, with as many digits as are significant."""
     if not math.isfinite(error):
         return "not identified"
     if not error > 0.0:
@@ -123,7 +123,7 @@ def format_value(value: float, error: float) -> str:
 
 
 def is_misfit(fit: FitValues) -> bool:
-    """Return True if the residuals are about as large as the values, and larger than expected."""
+    """Return True if the residuals are comparable to the values, and larger than expected."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
 

@@ -1,9 +1,9 @@
 """Covariances of fitted parameters, and measures of their reliability.
 
-If chi2 per degree of freedom is larger than expected by chance, the errors are multiplied by its
-square root. If neighbouring residuals have the correlation r, the errors are also multiplied by
-sqrt((1 + r) / (1 - r)). Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated
-residuals; Huber and Ronchetti, Robust Statistics, section 7.6, for the soft loss.
+If chi2 per degree of freedom exceeds the range expected by chance, the errors are multiplied by its
+square root. If neighbouring residuals have correlation r, the errors are also multiplied by sqrt((1
++ r) / (1 - r)). Sources: Box, Jenkins and Reinsel, Time Series Analysis, for correlated residuals;
+Huber and Ronchetti, Robust Statistics, section 7.6, for the soft loss.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FEWEST = 6  # residuals that a correlation needs
 
 
 class ResidualStatistics(NamedTuple):
-    """The statistics of residuals in standard deviations.
+    """Statistics of residuals measured in standard deviations.
 
     chi2         the sum of squares; for the soft loss, of the residuals within 3 sigma
     dof          the number of residuals minus the number of parameters
@@ -46,7 +46,7 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The directions that the residuals determine, and the blind directions, in natural units.
+    """Directions in parameter space that the residuals do and do not determine, in natural units.
 
     natural  (size,) the natural sizes of the parameters factor   (size, k) whose product with its
     transpose is the covariance blind    (size, l) unit vectors along the changes that do not affect
@@ -58,9 +58,9 @@ class Spectrum:
     blind: Array
 
     def propagate(self, gradient: Array) -> tuple[Array, Array]:
-        """Return the covariance and the errors of k functions with the gradients `gradients`.
+        """Return the covariance and the errors of k functions, given their `gradients`.
 
-        The error is infinite if a function changes mainly in blind directions.
+        The error of a function is infinite if the function varies mainly along blind directions.
         """
         scaled = gradient * self.natural
         along = scaled @ self.factor
@@ -75,15 +75,15 @@ class Spectrum:
         return covariance, errors
 
     def draw_steps(self, generator: np.random.Generator, n: int) -> Array:
-        """Return n random steps of all parameters, with no components along blind directions."""
+        """Return n random steps of all parameters, without components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 
 
 def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
-    """Return the spectrum of the first `size` parameters.
+    """Return the Spectrum for the first `size` parameters.
 
-    A direction is blind if one standard deviation along it exceeds the natural size.
+    A direction is blind if one standard deviation along it exceeds the natural scale.
     """
     triangle = np.linalg.qr(jacobian * natural, mode="r")
     _, values, vectors = np.linalg.svd(triangle)
@@ -121,7 +121,7 @@ def compute_statistics(
 
 
 def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
-    """Return the mean correlation of neighbouring residuals of each component of each series."""
+    """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
         values, measured = one.residuals_of_series(residuals), one.mask
@@ -137,10 +137,11 @@ def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
 def measure_nonlinearity(
     model: ResidualModel, point: Point, residuals: Array, spectrum: Spectrum, inflation: float
 ) -> float:
-    """Return how much the increase of chi2 at one sigma differs from 1, that of a linear model.
+    """Return the deviation from 1, the value of a linear model, of the chi2 increase at one sigma.
 
-    The increase is measured along the least certain direction. Of its two senses, the one with the
-    larger deviation within the bounds is used. One sigma includes the inflation of the errors.
+    The increase is measured along the most uncertain direction. Of the two senses along this
+    direction, the one with the larger deviation within the bounds is used. Here one sigma includes
+    the inflation of the errors.
     """
     if not spectrum.factor.size:
         return 0.0

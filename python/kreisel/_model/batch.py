@@ -1,4 +1,4 @@
-"""Indexing of many members that are stored as columns, for ensembles and bodies."""
+"""Indexing of batches whose members are stored as columns, for ensembles and bodies."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 class Batch(Generic[_M]):
     """An array of members, such as scenes or bodies, whose parameters are stored as columns.
 
-    The shape of a column is the shape of the batch followed by the shape of one value. Along a
-    dimension in which the values do not vary, the stride is zero.
+    A column has the shape of the batch followed by the shape of one value. The stride is zero along
+    each dimension in which the values do not vary.
     """
 
     shape: Shape
@@ -51,7 +51,7 @@ class Batch(Generic[_M]):
         raise NotImplementedError
 
     def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        """Return the batch that results from applying `change` to each column."""
+        """Return the batch obtained by applying `change` to each column."""
         made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -62,16 +62,16 @@ class Batch(Generic[_M]):
     def _axes(self) -> tuple[str, ...]:
         """The names of the dimensions.
 
-        If exactly one parameter varies along a dimension, the dimension has the name of this
-        parameter. The parameter must be a scalar that varies along no other dimension. Any other
-        dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        If exactly one parameter varies along a dimension, the dimension is named after this
+        parameter. The parameter must be a scalar, and must not vary along any other dimension. Any
+        other dimension k is named 'dim_k', or 'top' if it is the only dimension.
         """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
 
     @property
     def coords(self) -> Mapping[str, Column]:
-        """The parameters that vary, as arrays that broadcast to the shape of the batch.
+        """The varying parameters, as arrays that broadcast to the shape of the batch.
 
         An array of vectors has an additional last dimension for the components.
         """
@@ -81,7 +81,7 @@ class Batch(Generic[_M]):
         )
 
     def _varying_parameters(self) -> list[Parameter]:
-        """Return the parameters that vary."""
+        """Return the varying parameters."""
         return [
             Parameter(name, values, values.shape[len(self.shape) :])
             for name, values in self.coords.items()
@@ -122,7 +122,7 @@ class Batch(Generic[_M]):
     @overload
     def __getitem__(self, key: object) -> Any: ...
     def __getitem__(self, key: object) -> _M | Self:
-        """Return the member at an index, or the batch that slices, index arrays or masks select."""
+        """Return the member at an index, or the batch selected by slices, index arrays or masks."""
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._member((key % len(self),))
         if not _is_basic(key):
@@ -141,7 +141,7 @@ class Batch(Generic[_M]):
         return self._map_columns(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _fancy_index(self, key: object) -> _M | Self:
-        """Return the member or the batch that index arrays or masks select."""
+        """Return the member or the batch selected by index arrays or masks."""
         order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
@@ -161,7 +161,7 @@ class Batch(Generic[_M]):
         return self._map_columns(take_from_column, order.shape, self._names)
 
     def _take_members(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
-        """Return the batch of the members whose flat indices (in C order) are `order`."""
+        """Return the batch of the members with the flat indices `order` (in C order)."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -177,7 +177,7 @@ class Batch(Generic[_M]):
         return self._map_columns(gather_from_column, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """Return the same members, in C order, in another shape; the dimensions have no names.
+        """Return the members in C order, as a batch of a different shape with unnamed dimensions.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
@@ -188,7 +188,7 @@ class Batch(Generic[_M]):
         return self._take_members(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
-        """Return the members in one dimension, in C order."""
+        """Return the members in C order, as a one-dimensional batch."""
         return self if len(self.shape) == 1 else self.reshape(-1)
 
     def __eq__(self, other: object) -> bool:
@@ -211,7 +211,7 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which broadcast dimensions have a single entry."""
+        """Return the state for pickling, in which broadcast dimensions have length 1."""
         held = memoize_by_buffer(lambda column: drop_broadcast(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
@@ -236,7 +236,7 @@ class Batch(Generic[_M]):
 
 
 def _format_range(word: Parameter) -> str:
-    """Describe a parameter that varies: its name and, for a scalar, its least and largest value."""
+    """Describe a varying parameter by its name and, for a scalar, its least and largest values."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
@@ -252,7 +252,7 @@ def _index_array(array: Column, key: Any) -> Any:
 def _is_basic(key: object) -> bool:
     """Return True if `key` contains only integers, slices, Ellipsis and None.
 
-    NumPy then returns a view instead of a copy.
+    For such keys, NumPy returns a view instead of a copy.
     """
     return all(
         part is None or part is ... or isinstance(part, slice) or _is_integer(part)

@@ -1,4 +1,4 @@
-"""Many bodies: the constructors of Body for arrays. All members are checked together."""
+"""Arrays of bodies, with vectorized constructors. All members are validated together."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @refuse_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
-    """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
+    """An array of bodies, given by the parameters of kr.Body, which broadcast to one shape.
 
     mass          [M], a number or an array
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
@@ -47,10 +47,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
     unphysical    as in Body, a bool or an array
     rotor         (..., 3) angular momentum of rotors relative to the body, as in Body [M L^2 T^-1]
 
-    The other constructors of Body exist for arrays, too. Each member is equal, to the last bit, to
-    the kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks
-    return Bodies. Raises TypeError and ValueError as Body does; the message contains the index of
-    the first invalid member. Warns as Body does.
+    The other constructors of Body also exist for arrays. Each member is bitwise equal to the
+    kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks return
+    Bodies. Raises TypeError and ValueError like Body; the message gives the index of the first
+    invalid member. Warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -99,8 +99,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Validate the parameters and store them as columns.
 
-        `make` is the constructor of a single body from the parameters `words`. If a member is
-        invalid, the error of this constructor is raised.
+        `make` constructs a single body from the parameters `words`. If a member is invalid, the
+        exception of this constructor is raised.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
         made = _parse_flags("unphysical", unphysical)
@@ -134,10 +134,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return an array of flags: True for each member whose inertia is physically possible.
+        """Return a boolean array that is True for each member with physically possible inertia.
 
-        Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
-        for the first member that is not a rigid body.
+        If the inertia is given as matrices, the principal moments and axes are stored. Raises
+        ValueError for the first member that is not a rigid body.
         """
         columns = dict(self._columns)
         if matrices:
@@ -158,7 +158,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _reproduce_member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the error that the constructor `make` raises for the member with index `at`."""
+        """Return the exception that the constructor `make` raises for the member at index `at`."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
@@ -191,9 +191,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
     ) -> Self:
-        """Build Lagrange tops, as Body.symmetric does.
+        """Build an array of Lagrange tops (see Body.symmetric).
 
-        The moments at the fixed point are i1, i1, i3 [M L^2]. The centre of mass is at
+        The moments of inertia at the fixed point are i1, i1, i3 [M L^2]. The centre of mass is at
         (0, 0, height) [L].
 
         >>> import kreisel as kr
@@ -226,9 +226,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
     ) -> Self:
-        """Build bodies from the inertia about their centres of mass, as Body.from_com does.
+        """Build an array of bodies from their inertia about the centre of mass (see Body.from_com).
 
-        The inertia [M L^2] is as in Bodies. `com` and `pivot` have the shape (..., 3) [L].
+        The inertia [M L^2] has the same form as in Bodies. `com` and `pivot` have the shape (...,
+        3) [L].
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -316,7 +317,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     @classmethod
     def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
-        """Build bodies from a list, or return the first body if all bodies are equal."""
+        """Build bodies from a list, or return the first body if all of them are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
@@ -344,7 +345,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
-    """Return a parameter of moments, or of matrices if the last two dimensions are both 3.
+    """Return a parameter of moments or, if the last two dimensions have length 3, of matrices.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
@@ -372,9 +373,9 @@ def _check_matrix(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Return the tensors of inertia plus the inertia of point masses at `at`.
+    """Return the tensors of inertia after adding point masses at `at`.
 
-    The result consists of moments if all tensors are diagonal, else of matrices.
+    The result consists of moments if all tensors are diagonal, and of matrices otherwise.
     """
     x, y, z = split_components(at)
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Constructors of many homogeneous bodies: the constructors of Body for arrays."""
+"""Constructors of arrays of homogeneous bodies: vectorized versions of the constructors of Body."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .broadcasting import (
 
 
 class BodiesConstructors:
-    """Constructors of many homogeneous bodies."""
+    """Constructors of arrays of homogeneous bodies."""
 
     @classmethod
     def _from_moments_about_com(
@@ -38,8 +38,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build bodies from moments about the centre of mass and its height on the third axis.
 
-        `make` is the constructor of a single body from the parameters `words`. If a member is
-        invalid, the error of this constructor is raised.
+        `make` constructs a single body from the parameters `words`. If a member is invalid, the
+        exception of this constructor is raised.
         """
         raise NotImplementedError
 
@@ -53,7 +53,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of one kind of shape from either their masses or densities."""
+        """Build homogeneous bodies of one type of shape from either masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
@@ -81,10 +81,10 @@ class BodiesConstructors:
         *,
         mass: ArrayLike | None = None,
     ) -> Self:
-        """Build homogeneous cuboids, as Body.cuboid does.
+        """Build an array of homogeneous cuboids (see Body.cuboid).
 
-        `half` and `pivot` have the shape (..., 3) [L]. Give either density [M L^-3], by default 1,
-        or mass [M].
+        The half-edge lengths `half` and the points `pivot` have the shape (..., 3) [L]. Specify
+        either `density` [M L^-3], by default 1, or `mass` [M].
 
         >>> import kreisel as kr
         >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
@@ -124,10 +124,10 @@ class BodiesConstructors:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Build solid cylinders, as Body.cylinder does.
+        """Build an array of solid cylinders (see Body.cylinder).
 
-        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give either
-        mass [M] or density [M L^-3].
+        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Specify
+        either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
         shape_of(r, h)
@@ -146,10 +146,10 @@ class BodiesConstructors:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Build hollow cylinders, as Body.tube does.
+        """Build an array of hollow cylinders (see Body.tube).
 
-        `inner`, `outer` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give
-        either mass [M] or density [M L^-3].
+        The radii `inner` and `outer` and `height` are lengths [L], and `pivot` has the shape (...,
+        3) [L]. Specify either `mass` [M] or `density` [M L^-3].
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = parse_non_negative("height", height)
@@ -165,7 +165,7 @@ class BodiesConstructors:
 
     @classmethod
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Build thin disks, as Body.disk does.
+        """Build an array of thin disks (see Body.disk).
 
         `radius` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M].
         """
@@ -176,11 +176,11 @@ class BodiesConstructors:
 
     @classmethod
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Build thin rods, as Body.rod does.
+        """Build an array of thin rods (see Body.rod).
 
         `length` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M]. Raises
-        ValueError if a pivot lies on the line of its rod, because a rod has no moment of inertia
-        about its own line.
+        ValueError if a pivot lies on the line of its rod, about which a rod has no moment of
+        inertia.
         """
         whole = parse_positive("length", length)
         with np.errstate(all="ignore"):
@@ -197,10 +197,10 @@ class BodiesConstructors:
         density: ArrayLike | None = None,
         shell: bool = False,
     ) -> Self:
-        """Build solid spheres, or thin shells, as Body.sphere does.
+        """Build an array of solid spheres or thin spherical shells (see Body.sphere).
 
-        `radius` is a length [L], and `pivot` has the shape (..., 3) [L]. Give either mass [M] or
-        density [M L^-3].
+        `radius` is a length [L], and `pivot` has the shape (..., 3) [L]. Specify either `mass` [M]
+        or `density` [M L^-3].
         """
         r, thin = parse_positive("radius", radius), as_bool("shell", shell)
         with np.errstate(all="ignore"):
@@ -217,9 +217,10 @@ class BodiesConstructors:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Build solid ellipsoids, as Body.ellipsoid does.
+        """Build an array of solid ellipsoids (see Body.ellipsoid).
 
-        `half` and `pivot` have the shape (..., 3) [L]. Give either mass [M] or density [M L^-3].
+        The semi-axes `half` and the points `pivot` have the shape (..., 3) [L]. Specify either
+        `mass` [M] or `density` [M L^-3].
         """
         axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
@@ -239,10 +240,10 @@ class BodiesConstructors:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Build solid cones on their tips, as Body.cone does.
+        """Build an array of solid cones that stand on their tips (see Body.cone).
 
-        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give either
-        mass [M] or density [M L^-3].
+        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Specify
+        either `mass` [M] or `density` [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
         shape_of(r, h)

@@ -1,4 +1,4 @@
-"""Bodies: mass, inertia and centre of mass as given by the user, and the principal axes."""
+"""Bodies: mass, inertia and centre of mass as specified by the user, and the principal axes."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @refuse_assignment("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
-    """A rigid body that turns about the origin of the frame in which it is described.
+    """A rigid body that rotates about the origin of the frame in which it is described.
 
     mass          [M], positive
     inertia       inertia about the fixed point [M L^2]: three moments along the axes of the frame,
@@ -62,13 +62,13 @@ class Body(BodyConstructors):
                   includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. This
-    condition is checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the
-    inertia is a matrix that is not diagonal, its least principal moment must exceed 2e-10 times the
-    largest one. A smaller moment would have at most six correct digits because of rounding.
+    condition is checked to a relative tolerance of 1e-12, so plates and rods are accepted. If the
+    inertia is a non-diagonal matrix, its least principal moment must exceed 2e-10 times the largest
+    one. Because of rounding, a smaller moment would have at most six correct digits.
 
-    Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
-    rigid body. Warns (UserWarning) if no distribution of mass has the given inertia about the fixed
-    point, unless `unphysical` is True. After the warning, `body.unphysical` is True.
+    Raises TypeError for arguments that are not numbers, and ValueError if the values do not
+    describe a rigid body. Warns (UserWarning) if no mass distribution has the given inertia about
+    the fixed point, unless `unphysical` is True. In this case, `body.unphysical` is set to True.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -135,7 +135,7 @@ class Body(BodyConstructors):
         *,
         mass: float | None = None,
     ) -> Self:
-        """Build a homogeneous cuboid from half its edge lengths [L] and its density or mass.
+        """Build a homogeneous cuboid from its half-edge lengths [L] and its density or mass.
 
         half     half the lengths of the edges along the three axes [L]
         pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
@@ -181,7 +181,7 @@ class Body(BodyConstructors):
         inertia_rtol: float = 0.0,
         unphysical: bool = False,
     ) -> Self:
-        """Build a Lagrange top from its moments i1, i1, i3 at the fixed point [M L^2].
+        """Build a Lagrange top from its moments of inertia i1, i1, i3 at the fixed point [M L^2].
 
         The centre of mass is at (0, 0, height) [L]; `inertia_rtol` and `unphysical` are as in
         Body.
@@ -234,7 +234,7 @@ class Body(BodyConstructors):
         return _join_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
-        """Return the body after a rotation about the fixed point within the frame of description.
+        """Return the body rotated about the fixed point within the frame of description.
 
         by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
@@ -258,8 +258,8 @@ class Body(BodyConstructors):
                  include the rotor
         axis     direction of the rotor's axis in the frame of the body, of any length
 
-        The momentum spin * inertia of the rotor is added to `body.rotor`. Raises ValueError if the
-        axis is zero or the inertia is not positive.
+        The angular momentum spin * inertia of the rotor is added to `body.rotor`. Raises ValueError
+        if the axis is zero or the inertia is not positive.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -282,7 +282,7 @@ class Body(BodyConstructors):
 
     @property
     def moments(self) -> Vector:
-        """The principal moments at the fixed point [M L^2], along N, B, T."""
+        """The principal moments of inertia at the fixed point [M L^2], along N, B, T."""
         _, i1, i2, i3, *_ = unpack("15d", self._block)
         return i1, i2, i3
 
@@ -290,16 +290,16 @@ class Body(BodyConstructors):
     def axes(self) -> Quaternion:
         """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        If the inertia is diagonal, the given axes are used as principal axes. If not, the principal
-        axes are right-handed and as near as possible to the given axes. For a Lagrange top, T is
-        along the symmetry axis.
+        If the inertia is diagonal, the axes of the frame of description are the principal axes.
+        Otherwise, the principal axes are right-handed and as close as possible to the axes of this
+        frame. For a Lagrange top, T is along the symmetry axis.
         """
         *_, w, x, y, z, _, _, _, _ = unpack("15d", self._block)
         return w, x, y, z
 
     @property
     def principal_com(self) -> Vector:
-        """The centre of mass along N, B, T [L]."""
+        """The centre of mass in components along N, B, T [L]."""
         _, _, _, _, x, y, z, *_ = unpack("15d", self._block)
         return x, y, z
 
@@ -313,15 +313,15 @@ class Body(BodyConstructors):
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
-        The conditions of each kind are checked to a relative tolerance of 7e-15, which allows for
-        rounding errors of the parameters. A body with a rotor is 'general', unless it is symmetric
+        The conditions for each kind are checked to a relative tolerance of 7e-15, which allows for
+        rounding errors in the parameters. A body with a rotor is 'general', unless it is symmetric
         about the rotor's axis and its kind without the rotor is 'euler' or 'lagrange'.
         """
         return body_kind(self._block, KIND_RTOL)
 
     @cached_property
     def _near_kind(self) -> str:
-        """Text about a kind that the body almost has (relative deviation 1e-8 or less), or ''."""
+        """Text about a kind to which the body is close (relative deviation 1e-8 or less), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0
@@ -337,7 +337,7 @@ class Body(BodyConstructors):
 
 
 class ThinRods(Body):
-    """Thin rods on one line through the fixed point, usable only as parts of other bodies.
+    """Thin rods on a common line through the fixed point, usable only as parts of other bodies.
 
     The moment of inertia about this line is zero.
     """
@@ -369,7 +369,7 @@ class ThinRods(Body):
 
 
 def _join_parts(mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
-    """Build the body of joined parts, or ThinRods if all parts are rods on one line."""
+    """Build the body formed by the given parts, or ThinRods if all parts are rods on one line."""
     unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
         least, _, largest = sorted(principal_moments(tensor))

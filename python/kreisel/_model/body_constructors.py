@@ -1,4 +1,4 @@
-"""Constructors of homogeneous bodies from their dimensions, with any fixed point."""
+"""Constructors of homogeneous bodies from their dimensions, with an arbitrary fixed point."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class BodyConstructors:
     def from_com(
         cls, mass: float, inertia_about_com: ArrayLike, com: ArrayLike, pivot: ArrayLike
     ) -> Self:
-        """Build a body from its inertia about the centre of mass, as Body.from_com does."""
+        """Build a body from its inertia about the centre of mass (see Body.from_com)."""
         raise NotImplementedError
 
     @classmethod
@@ -30,9 +30,9 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a solid cylinder whose axis is the third axis.
+        """Build a solid cylinder whose symmetry axis is the third axis.
 
-        `radius` and `height` are lengths [L]. Give either mass [M] or density [M L^-3].
+        `radius` and `height` are lengths [L]. Specify either `mass` [M] or `density` [M L^-3].
 
         pivot  the fixed point, relative to the centre [L]
 
@@ -58,11 +58,11 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a hollow cylinder whose axis is the third axis.
+        """Build a hollow cylinder whose symmetry axis is the third axis.
 
-        `inner` and `outer` are the radii [L], and `height` is a length [L]. Give either mass [M] or
-        density [M L^-3]. Equal radii make a thin-walled tube, the height 0 makes a flat ring, and
-        both together make a hoop. Such thin bodies need a mass.
+        `inner` and `outer` are the radii [L], and `height` is a length [L]. Specify either `mass`
+        [M] or `density` [M L^-3]. Equal radii give a thin-walled tube, a height of 0 gives a flat
+        ring, and both together give a hoop. Such thin bodies require a mass.
 
         pivot  the fixed point, relative to the centre [L]
         """
@@ -75,7 +75,7 @@ class BodyConstructors:
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
-        """Build a thin disk from its radius [L] and mass [M], perpendicular to the third axis.
+        """Build a thin disk perpendicular to the third axis from its radius [L] and mass [M].
 
         pivot  the fixed point, relative to the centre [L]
 
@@ -99,7 +99,7 @@ class BodyConstructors:
         density: float | None = None,
         shell: bool = False,
     ) -> Self:
-        """Build a solid sphere from its radius [L] and mass [M] or density [M L^-3].
+        """Build a solid sphere from its radius [L] and its mass [M] or density [M L^-3].
 
         pivot  the fixed point, relative to the centre [L]
         shell  True: build a thin spherical shell, which needs a mass
@@ -116,7 +116,7 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a solid ellipsoid from its half axes [L] and mass [M] or density [M L^-3].
+        """Build a solid ellipsoid from its semi-axes [L] and its mass [M] or density [M L^-3].
 
         pivot  the fixed point, relative to the centre [L]
         """
@@ -133,10 +133,10 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a solid round cone with its tip at the origin and its base at `height` [L].
+        """Build a solid circular cone with its tip at the origin and its base at `height` [L].
 
-        The axis of the cone is the third axis, and its centre of mass lies at three quarters of the
-        height. Give either mass [M] or density [M L^-3].
+        The symmetry axis is the third axis, and the centre of mass lies at three quarters of the
+        height. Specify either `mass` [M] or `density` [M L^-3].
 
         pivot  the fixed point, relative to the tip [L]: (0, 0, 0) for a top that spins on its tip
 

@@ -1,8 +1,8 @@
 """Broadcasting of parameters over the members of an ensemble.
 
-The shape of a column is the shape of the ensemble followed by the shape of one value, such as () or
-(3,). Along a dimension in which the values do not vary, the stride is zero. Hence shared values are
-stored once.
+A column has the shape of the ensemble followed by the shape of one value, such as () or (3,). The
+stride is zero along each dimension in which the values do not vary. Shared values are therefore
+stored only once.
 """
 
 from __future__ import annotations
@@ -42,21 +42,21 @@ class Parameter(NamedTuple):
 
     @property
     def shape(self) -> Shape:
-        """The shape of the batch that the values describe."""
+        """The shape of the batch described by the values."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
-        """Return the values broadcast to a batch of this shape."""
+        """Return the values broadcast to a batch of the given shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, validate: Validator) -> None:
-        """Raise the error of the first value where `bad` is True, with its index in the message."""
+        """Raise the exception for the first value where `bad` is True, quoting its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.error_at(index, validate)
 
     def error_at(self, index: Index, validate: Validator) -> Exception:
-        """Return the error that `validate` raises for the value at `index`."""
+        """Return the exception raised by `validate` for the value at `index`."""
         value = to_python(self.values[index])
         try:
             validate(self.name, value)
@@ -72,10 +72,10 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Return a parameter whose values are finite and have the shape `value`.
+    """Return a parameter with finite values, each of the shape `value`.
 
-    If `given` is a Parameter, it was validated before and is returned unchanged. `what` describes
-    the expected form in error messages.
+    If `given` is a Parameter, it has already been validated and is returned unchanged. `what`
+    describes the expected form in error messages.
     """
     if isinstance(given, Parameter):
         return given
@@ -123,7 +123,7 @@ def parse_non_negative(name: str, given: object) -> Parameter:
 
 
 def drop_broadcast(values: Column, lead: int | None = None) -> Column:
-    """Return a view in which dimensions of stride zero have length 1.
+    """Return a view in which dimensions with stride zero have length 1.
 
     Only the first `lead` dimensions are reduced, or all dimensions if `lead` is None.
     """
@@ -134,7 +134,7 @@ def drop_broadcast(values: Column, lead: int | None = None) -> Column:
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
-    """Return a version of `change` that is applied only once to columns that share a buffer."""
+    """Return a version of `change` that is applied only once to columns sharing a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
     def change_once(held: Column) -> Column:
@@ -148,7 +148,7 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
-    """Return a read-only column: `values` broadcast to a batch of this shape.
+    """Return a read-only column: `values` broadcast to a batch of the given shape.
 
     The last `trailing` dimensions of `values` are the shape of one value.
     """
@@ -159,7 +159,7 @@ def make_column(values: Column, shape: Shape, trailing: int) -> Column:
 
 
 def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
-    """Return the columns of triples (name, values, trailing); see `make_column`."""
+    """Return the columns described by the triples (name, values, trailing); see `make_column`."""
     return {name: make_column(values, shape, trailing) for name, values, trailing in named}
 
 
@@ -176,14 +176,14 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
 
 
 def shape_of(*words: Parameter) -> Shape:
-    """Return the common shape of the parameters `words`."""
+    """Return the common shape of the parameters in `words`."""
     return common_shape([each.name for each in words], [each.shape for each in words])
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
     """Return the names of the dimensions, or None for a dimension without a name.
 
-    A dimension has the name of a parameter if no other parameter varies along this dimension. The
+    A dimension is named after a parameter if no other parameter varies along this dimension. The
     parameter must be a scalar, and must not vary along any other dimension.
     """
     if not shape:
@@ -212,7 +212,7 @@ def stack_components(*components: Array) -> Array:
 
 
 def split_components(values: Array) -> tuple[Array, ...]:
-    """Return the components of vectors by splitting the last dimension."""
+    """Split vectors along the last dimension, and return their components."""
     return tuple(np.moveaxis(values, -1, 0))
 
 
@@ -222,7 +222,7 @@ def map_blocks(
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
 
     `compute` receives the components of each column. The block size is chosen so that the data of a
-    block fits into the cache.
+    block fit into the cache.
     """
     out = np.empty((*shape, width))
     rows = out if shape else out[None]

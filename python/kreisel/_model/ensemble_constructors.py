@@ -1,6 +1,6 @@
-"""Constructors of ensembles from Euler's angles, their rates, and steady precession.
+"""Constructors of ensembles from Euler angles, their rates, and steady precession.
 
-The results are equal, to the last bit, to the results of the constructors of a single scene.
+The results are bitwise equal to those of the constructors for a single scene.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # state at rest: t
 
 
 class EnsembleConstructors(EnsembleData[S]):
-    """Constructors of kr.Ensemble from Euler's angles and rates."""
+    """Constructors of kr.Ensemble from Euler angles and rates."""
 
     @classmethod
     def from_euler(
@@ -61,11 +61,11 @@ class EnsembleConstructors(EnsembleData[S]):
         shaking: ArrayLike | None = None,
         friction: ArrayLike | None = None,
     ) -> Self:
-        """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
+        """Build an array of tops from z-x-z Euler angles and their rates (see Scene.from_euler).
 
         `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
         With degrees=True, angles and rates are in degrees. The arguments `gravity` to `friction`
-        are as in Ensemble.
+        have the same meaning as in Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -93,8 +93,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build tops from `angles` and `rates`, which were computed from `parameters`.
 
-        `one` is the constructor of a single top from `parameters`. If a member is invalid, the
-        error of this constructor is raised.
+        `one` constructs a single top from `parameters`. If a member is invalid, the exception of
+        this constructor is raised.
         """
         around, columns = parse_environments(environment)
         broadcast_shape(body, [*parameters, *around])
@@ -111,7 +111,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return the quaternions for the Euler angles of unrotated bodies."""
+        """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
@@ -138,7 +138,7 @@ class EnsembleConstructors(EnsembleData[S]):
         shaking: ArrayLike | None = None,
         friction: ArrayLike | None = None,
     ) -> Self:
-        """Build symmetric tops that spin about their axes, as Scene.spinning does.
+        """Build an array of symmetric tops that spin about their axes (see Scene.spinning).
 
         `spin`, `tilt` and `precession` are numbers or arrays, and the arguments `gravity` to
         `friction` are as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
@@ -173,7 +173,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
-    """Return angles or rates in radians, equal to the results of math.radians to the last bit."""
+    """Return angles or rates in radians, with results bitwise equal to those of math.radians."""
     return values * _DEGREE if degrees else values
 
 
@@ -184,7 +184,7 @@ def split_vectors(vector: Array) -> Components:
 
 
 def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
-    """Return the parameter `tilt`; raise ValueError if an angle is not within 0 .. pi."""
+    """Return the parameter `tilt`; raise ValueError if any angle is outside [0, pi]."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
@@ -194,7 +194,7 @@ def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
 
 
 def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
-    """Return the moments of inertia across and along the axes of symmetric bodies.
+    """Return the transverse and axial moments of inertia of symmetric bodies.
 
     Raises ValueError with the index of the first body that is not symmetric about its apex.
     """
@@ -225,9 +225,9 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession; `parameters` are spin, tilt and gravity.
+    """Return the rates of steady precession, given the `parameters` spin, tilt and gravity.
 
-    Raises ValueError with the index of the first member that has no steady precession.
+    Raises ValueError with the index of the first member for which no steady precession exists.
     """
     refuse_steady_rotor(body)
     shape = broadcast_shape(body, parameters)

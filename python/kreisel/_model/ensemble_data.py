@@ -1,4 +1,4 @@
-"""Ensemble data: the parameters of many tops, broadcast to one shape and checked together."""
+"""Ensemble data: the parameters of many tops, broadcast to one shape and validated together."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class EnsembleData(Batch[S]):
     ) -> Self:
         """Store the columns of the ensemble.
 
-        Raises the error of the constructor `one`, with the index, for the first invalid member.
+        For the first invalid member, raises the exception of the constructor `one`, with the index.
         """
         shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
@@ -157,7 +157,7 @@ class EnsembleData(Batch[S]):
 
     @cached_property
     def _core_scenes(self) -> CoreTops:
-        """The scenes in the memory layout of the core."""
+        """The scenes as an array in the memory layout that the C core requires."""
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
@@ -175,15 +175,15 @@ class EnsembleData(Batch[S]):
     def axes(self) -> tuple[str, ...]:
         """The names of the dimensions.
 
-        If exactly one parameter varies along a dimension, the dimension has the name of this
+        If exactly one parameter varies along a dimension, the dimension is named after this
         parameter. The parameter must be a scalar that varies along no other dimension. Any other
-        dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        dimension k is named 'dim_k', or 'top' if it is the only dimension.
         """
         return self._axes
 
     @property
     def body(self) -> Body | Bodies:
-        """The body that all members share, or bodies of the shape of the ensemble."""
+        """The body shared by all members, or bodies with the shape of the ensemble."""
         return self._bodies
 
     @property
@@ -237,7 +237,7 @@ class EnsembleData(Batch[S]):
 
 
 def _dimensions_of_value(name: str) -> int:
-    """Return the number of dimensions of one value of a column."""
+    """Return the number of dimensions of a single value in a column."""
     return int(name not in ("gravity", "friction"))
 
 
@@ -249,7 +249,7 @@ def check_body(body: object) -> Body | Bodies:
 
 
 def broadcast_shape(body: Body | Bodies, parameters: Sequence[Parameter]) -> Shape:
-    """Return the shape to which bodies and parameters broadcast.
+    """Return the shape to which the bodies and parameters broadcast.
 
     Raises ValueError if the shapes do not broadcast.
     """
@@ -269,9 +269,9 @@ def reproduce_member_error(
     at: Index,
     text: str = "not a top",
 ) -> Exception:
-    """Return the error that the constructor `one` raises for the member at the index `at`.
+    """Return the exception that the constructor `one` raises for the member at index `at`.
 
-    If the constructor raises no error, returns a ValueError with the message `text`.
+    If the constructor raises no exception, a ValueError with the message `text` is returned.
     """
     words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in parameters}
     own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
@@ -284,7 +284,7 @@ def reproduce_member_error(
 
 
 def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the only given parameter that determines the momentum.
+    """Return the single given parameter that determines the momentum.
 
     Raises ValueError unless exactly one of the parameters in ONE_OF is given.
     """
@@ -297,7 +297,7 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter of the attitudes, and the attitudes as quaternions (w, x, y, z).
+    """Return the attitude parameter, and the attitudes as quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.
@@ -325,9 +325,9 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Return the momenta in space for the parameter `start` and the attitudes `q`.
+    """Return the momenta in the space frame for the parameter `start` and the attitudes `q`.
 
-    The supports turn with the angular velocities `turning`.
+    The supports rotate with the angular velocities `turning`.
     """
     if start.name == "momentum":
         return start.values

@@ -24,7 +24,7 @@ _TURN: Final = Fraction(
 
 
 class Environment(NamedTuple):
-    """The arguments of a scene that describe its environment, as they were given."""
+    """The arguments of a scene that describe its environment, as given by the user."""
 
     gravity: Any = 1.0
     damping: ArrayLike | None = None
@@ -33,7 +33,7 @@ class Environment(NamedTuple):
     friction: ArrayLike | None = None
 
     def validate(self) -> tuple[float, Vector, Vector, Vector, float]:
-        """Return the validated values for one top; raise TypeError or ValueError otherwise."""
+        """Return the validated values for one top; raise TypeError or ValueError if invalid."""
         return (
             check_gravity(self.gravity),
             check_damping(self.damping),
@@ -91,9 +91,9 @@ def check_friction(given: object) -> float:
 
 
 def advance_shaking(shaking: Vector, t: float) -> Vector:
-    """Return the shaking of a scene that starts at the time `t` of another scene.
+    """Return the shaking for a scene that starts at the time `t` of another scene.
 
-    The phase at `t` is computed with rational numbers, and rounded once.
+    The phase at `t` is computed in rational arithmetic and rounded once.
     """
     amplitude, rate, phase = shaking
     if not amplitude or not t:
@@ -103,7 +103,7 @@ def advance_shaking(shaking: Vector, t: float) -> Vector:
 
 
 def list_disturbances(tops: Any) -> list[str]:
-    """Return the names of the disturbances of a scene, or of some members of an ensemble."""
+    """Return the names of the disturbances of a scene, or of any member of an ensemble."""
     shaking = tops.shaking
     amplitudes = shaking[0] if type(shaking) is tuple else np.asarray(shaking)[..., 0]
     present = {
@@ -116,7 +116,7 @@ def list_disturbances(tops: Any) -> list[str]:
 
 
 def _has_nonzero(values: Any) -> bool:
-    """Return True if a number is not zero. Scenes have floats and tuples, ensembles have arrays."""
+    """Return True if any number in `values`, a float, tuple or array, is nonzero."""
     if type(values) is tuple:
         return any(values)
     return values != 0.0 if type(values) is float else bool(np.any(values))
@@ -125,7 +125,7 @@ def _has_nonzero(values: Any) -> bool:
 def refuse_disturbances(
     tops: Any, what: str, allowed: Iterable[str] = (), reason: str = ""
 ) -> None:
-    """Raise ValueError if a scene or an ensemble has disturbances that are not in `allowed`.
+    """Raise ValueError if a scene or an ensemble has disturbances other than those in `allowed`.
 
     The message consists of `what`, the names of the disturbances, and the reason or an alternative.
     For supports that turn about e3, the suggested alternative is the same motion in the inertial
@@ -141,7 +141,7 @@ def refuse_disturbances(
 
 
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
-    """Return the parameters of the environments of many tops, and their columns by name.
+    """Return the environment parameters of many tops, and their columns by name.
 
     The parameters are gravity, damping, and all others that are not None.
     """
@@ -165,7 +165,7 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
 
 
 def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
-    """Raise the error of `check` for the first invalid value."""
+    """Raise the exception of `check` for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
     if made.name == "friction":

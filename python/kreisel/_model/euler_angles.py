@@ -1,4 +1,4 @@
-"""Euler's angles, their rates, and steady precession, for one top or for arrays of tops."""
+"""Euler angles, their rates, and steady precession, for one top or for arrays of tops."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def to_radians(name: str, value: object, degrees: bool) -> Vector:
 
 
 def cos(x: R) -> R:
-    """Return the cosine; the results for a float and for an array are bitwise equal."""
+    """Return the cosine, with bitwise equal results for floats and arrays."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine; the results for a float and for an array are bitwise equal."""
+    """Return the sine, with bitwise equal results for floats and arrays."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
 def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
-    """Return the quaternion for Euler's angles z-x-z: precession, nutation and spin."""
+    """Return the quaternion for the z-x-z Euler angles precession, nutation and spin."""
     precession, nutation, spin = angles
     c, s = cos(0.5 * nutation), sin(0.5 * nutation)
     total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
@@ -52,11 +52,11 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """Return the attitude of a body for the Euler angles `angles`.
+    """Return the attitude of a body with the Euler angles `angles`.
 
     `unturned` is the core's scene of the unrotated body, and `start` is the state of this scene.
-    Euler's angles describe a frame of the body whose third axis is the apex. The angles of the
-    unrotated body give the rotation of this frame within the frame of description.
+    The Euler angles describe a body-fixed frame whose third axis is the apex. The angles of the
+    unrotated body yield the rotation of this frame relative to the frame of description.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -66,7 +66,7 @@ def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quater
 
 
 def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return the angular velocity in space for Euler's angles and their rates."""
+    """Return the angular velocity in the space frame, given the Euler angles and their rates."""
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
     c, s = cos(precession), sin(precession)
@@ -75,9 +75,9 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
 
 
 def check_tilt(tilt: object, degrees: bool) -> float:
-    """Return `tilt`, the angle with the vertical, in radians.
+    """Return `tilt`, the angle to the vertical, in radians.
 
-    Raises ValueError if the angle is not within 0 .. pi.
+    Raises ValueError if the angle is outside [0, pi].
     """
     given = as_float("tilt", tilt)
     angle = math.radians(given) if degrees else given
@@ -110,13 +110,13 @@ def check_steady(
 
 
 def refuse_steady_rotor(body: Body | Bodies) -> None:
-    """Raise ValueError for a body with a rotor, for which the formulas do not hold."""
+    """Raise ValueError for a body with a rotor, for which the formulas are invalid."""
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:
-    """Return the moments of inertia across and along the axis of a symmetric body.
+    """Return the transverse and axial moments of inertia of a symmetric body.
 
     Raises ValueError for a body that is not symmetric about its apex.
     """
@@ -148,11 +148,11 @@ def steady_rate(
 ) -> float:
     """Return the rate W of steady precession.
 
-    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here
-    I1 is the moment across the axis, I3 the moment along it, and m g l the torque on a horizontal
-    axis. The larger root is computed without cancellation, and the smaller one from the product of
-    both roots. Raises ValueError if no steady precession exists; the message then contains the
-    least spin for which one exists.
+    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
+    is the transverse and I3 the axial moment of inertia, and m g l is the torque of gravity on a
+    horizontal axis. The larger root is computed without cancellation, and the smaller one from the
+    product of the roots. Raises ValueError if no steady precession exists; the message then states
+    the least spin for which one exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -1,6 +1,6 @@
-"""Sudden changes of the angular momentum, without loss of digits.
+"""Sudden changes of the angular momentum, computed without loss of digits.
 
-A momentum of more than 16 digits is the sum of a double and a low word.
+A momentum with more than 16 digits is stored as the sum of a double and a low-order word.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ _Rational = tuple[Fraction, ...]
 
 
 def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
-    """Return the momentum after an angular impulse, and its low words.
+    """Return the momentum after an angular impulse, together with its low-order words.
 
-    `low` contains the low words of `momentum`. The sums are not finite if they overflow.
+    `low` contains the low-order words of `momentum`. The sums are not finite in case of overflow.
     """
     x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
 def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
-    """Return a + low + b as a double and its low word (Knuth's two-sum)."""
+    """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
     total = a + b
     part = total - a
     rest = ((a - (total - part)) + (b - part)) + low
@@ -37,13 +37,13 @@ def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
 def momentum_at_same_velocity(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
-    """Return the momentum of the body `new` with the angular velocity of the body `old`.
+    """Return the momentum of the body `new` at the angular velocity of the body `old`.
 
-    The computation uses rational numbers, and rounds only once, at the end.
+    The computation uses rational arithmetic, with a single rounding at the end.
 
     Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
-    `attitude_low` and `low` contain low words. Returns the momentum and its low words. Raises
-    ValueError if the momentum overflows.
+    `attitude_low` and `low` contain low-order words. Returns the momentum and its low-order words.
+    Raises ValueError if the momentum overflows.
     """
     q = _to_fractions(attitude, attitude_low)
     m = _rotate(_conjugate(q), _to_fractions(momentum, low))
@@ -62,7 +62,7 @@ def momentum_at_same_velocity(
 
 
 def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
-    """Return the exact sums of doubles and their low words."""
+    """Return the exact sums of doubles and their low-order words."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 
@@ -87,7 +87,7 @@ def _rotate(q: _Rational, v: Sequence[Fraction]) -> _Rational:
 
 
 def _round_to_doubles(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
-    """Return the doubles nearest to three rational numbers, and their low words."""
+    """Return the doubles nearest to three rational numbers, and their low-order words."""
     try:
         x, y, z = (float(number) for number in exact)
     except OverflowError:

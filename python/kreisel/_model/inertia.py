@@ -22,7 +22,7 @@ _TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
 def parse_tensor(name: str, value: object) -> Array:
-    """Return the 3x3 tensor of inertia that three moments or a symmetric matrix describe."""
+    """Return the 3x3 tensor of inertia described by three moments or a symmetric matrix."""
     given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
         raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
@@ -46,7 +46,7 @@ def compact_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
 
 
 def principal_moments(tensor: Array) -> list[float]:
-    """Return the principal moments: the eigenvalues of a tensor of inertia."""
+    """Return the principal moments of inertia, which are the eigenvalues of the tensor."""
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
@@ -66,7 +66,7 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
 
 
 def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Return a text that describes the triangle inequality violated by the principal moments."""
+    """Return a description of the triangle inequality that the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
@@ -78,7 +78,7 @@ def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 
 def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
-    """Return an error message for inertia that no distribution of mass has, with likely causes."""
+    """Return an error message for inertia that no mass distribution has, with likely causes."""
     rest = add_point_mass(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
@@ -100,7 +100,7 @@ def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
 
 
 def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
-    """Return the change of the inertia about the origin when the body is shifted by `by`."""
+    """Return the change in the inertia about the origin when the body is shifted by `by`."""
     with np.errstate(over="ignore", invalid="ignore"):
         mixed = np.outer(com, by)
         products = mass * (mixed + mixed.T + np.outer(by, by))
@@ -111,7 +111,7 @@ def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
 def inertia_at_fixed_point(
     mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
-    """Return the tensor at the fixed point from either `inertia` or `about_com`.
+    """Return the tensor of inertia at the fixed point, from either `inertia` or `about_com`.
 
     Raises ValueError unless exactly one of the two is given.
     """

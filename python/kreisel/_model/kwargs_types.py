@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class VaryKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.vary: arguments of Ensemble, its constructors, and Bodies."""
+    """Keyword arguments of Scene.vary: those of Ensemble, of its constructors, and of Bodies."""
 
     body: Body | Bodies
     mass: ArrayLike

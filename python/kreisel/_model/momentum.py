@@ -1,6 +1,6 @@
-"""Angular momentum in space from any parameter that determines it.
+"""Angular momentum in the space frame, from any argument that determines it.
 
-For one top the components are floats; for an ensemble they are arrays.
+For one top, the components are floats; for an ensemble, arrays.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ def angular_momentum(
     rotor: tuple[R, R, R] | None = None,
     turning: tuple[R, R, R] | None = None,
 ) -> tuple[R, R, R]:
-    """Return the momentum in space for the value `v` of the parameter `name` at the attitude `q`.
+    """Return the momentum in space, given the parameter `name` with value `v` and the attitude `q`.
 
-    The body has the principal moments `moments` along the principal axes `axes`, and a rotor with
-    the momentum `rotor` along these axes. Velocities are relative to the support, which turns with
+    The body has the principal moments `moments` along the principal axes `axes`, and the rotor
+    momentum `rotor` along these axes. Velocities are relative to the support, which rotates with
     the angular velocity `turning` in space. Zero components of `rotor` and `turning` must be -0.0,
     because adding -0.0 changes no number.
     """

@@ -61,13 +61,14 @@ class Scene:
               amplitude * cos(rate * t + phase), and t = 0 is the start of the scene
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
-    A scene always stores momentum and attitude, whichever parameters the constructor was given.
-    Since the momentum is rounded, the angular velocity of a needle about its own axis has an error
-    of about I1 / I3 times the rounding error of a double.
+    A scene always stores momentum and attitude, whichever parameters were passed to the
+    constructor. Rounding of the momentum gives a needle's angular velocity about its own axis an
+    error of about I1 / I3 times the unit roundoff.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
-    finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
-    differ from 1 by 1e-12. A quaternion in single precision is normalized in double precision.
+    finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared
+    norm of a quaternion may differ from 1 by at most 1e-12. A single-precision quaternion is
+    normalized in double precision.
     """
 
     body: Body
@@ -116,7 +117,7 @@ class Scene:
         kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
-        """Return the arguments of the constructor; a support at rest is left out."""
+        """Return the constructor call as text, omitting a support at rest."""
         words: dict[str, object] = dict(self._arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
@@ -148,7 +149,7 @@ class Scene:
 
     @cached_property
     def _is_disturbed(self) -> bool:
-        """True if the top has damping, friction, or a support that moves."""
+        """True if the top has damping, friction, or a moving support."""
         return self._is_losing_energy or self._is_shaken or any(self.turning)
 
     @property
@@ -162,7 +163,7 @@ class Scene:
 
     @cached_property
     def _rate_estimate(self) -> float:
-        """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
+        """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
         weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
@@ -178,7 +179,7 @@ class Scene:
 
     @cached_property
     def _start(self) -> Array:
-        """The state at t = 0 as an array (1, 8): t, q, m."""
+        """The state at t = 0 (t, q, m) as an array of shape (1, 8)."""
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
     @property
@@ -188,7 +189,7 @@ class Scene:
         return x, y, z, w
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
-        """Return a copy of the scene in which some parameters of the constructor are changed."""
+        """Return a copy of the scene with some constructor parameters changed."""
         words: dict[str, object] = dict(self._arguments())
         if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
             del words["momentum"]
@@ -198,24 +199,24 @@ class Scene:
         return make(**{**words, **changes})
 
     def vary(self, **words: Unpack[VaryKwargs]) -> Ensemble:
-        """Return an ensemble of this scene in which some parameters vary.
+        """Return an ensemble of this scene in which the given parameters vary.
 
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
 
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
-          these four is given, the momentum in space stays the same.
+          these four is given, the momentum in the space frame is unchanged.
 
-        - Body: mass, inertia, com, rotor. Momentum and attitude stay the same.
+        - Body: mass, inertia, com, rotor. Momentum and attitude are unchanged.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
-          unless steady=True. Missing values, the other Euler angles and the rate of the nutation
-          are taken from the scene.
+          unless steady=True. Omitted values, the other Euler angles and the nutation rate are taken
+          from the scene.
 
-        - Scene.from_euler: angles, rates. A missing one is taken from the scene.
+        - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
         `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
-        dimension of the ensemble, the dimension has the name of this parameter: see tops.axes and
+        dimension of the ensemble, the dimension is named after this parameter; see tops.axes and
         tops.coords.
 
         >>> import kreisel as kr, numpy as np
@@ -235,7 +236,7 @@ class Scene:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Ensemble:
-        """Return an ensemble of `n` copies of this scene with normally distributed errors.
+        """Return an ensemble of `n` copies of this scene with normally distributed perturbations.
 
         momentum  standard deviation of the momentum in space [M L^2 T^-1]: one number for all
                   components, or 3
@@ -244,8 +245,8 @@ class Scene:
                   of the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
-        Top i depends only on `seed` and i, not on `n`. The errors of one parameter do not depend on
-        the standard deviations of the other parameters.
+        Member i depends only on `seed` and i, not on `n`. The perturbations of one parameter do not
+        depend on the standard deviations of the other parameters.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -268,7 +269,7 @@ class Scene:
         shaking: ArrayLike | None = None,
         friction: float | None = None,
     ) -> Self:
-        """Build a scene from Euler's angles z-x-z (precession, nutation, spin) and their rates.
+        """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
         The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
         rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation about
@@ -277,8 +278,8 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        For any other apex, the frame is first rotated so that its third axis becomes the apex. The
-        angles of a path include the same rotation.
+        If the apex is not the third axis, the body-fixed frame is first rotated so that its third
+        axis becomes the apex. The angles of a path include the same rotation.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene
@@ -315,7 +316,7 @@ class Scene:
         shaking: ArrayLike | None = None,
         friction: float | None = None,
     ) -> Self:
-        """Build a symmetric top that spins about its axis, tilted from the vertical.
+        """Build a symmetric top that spins about its symmetry axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
                     the centre of mass, as path.spin [T^-1]. Without damping, friction and turning,
@@ -330,7 +331,7 @@ class Scene:
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
         a rotor or a moving support. Also raises ValueError if no steady precession exists. The
-        message then contains the least spin for which one exists.
+        message then states the least spin for which one exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -358,10 +359,10 @@ class Scene:
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
-        A str of several lines is TOML text; any other argument is the name of a file. The keys are
-        the parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced
-        by a table [from_euler] or [spinning], with the parameters of the constructor of this name.
-        In the same way, a table such as [body.cuboid] may replace the keys of Body. Raises
+        A multi-line str is TOML text; any other argument is a file name. The keys are the
+        parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced by
+        a table [from_euler] or [spinning] that contains the parameters of the constructor of this
+        name. Similarly, a table such as [body.cuboid] may replace the keys of Body. Raises
         ValueError for unknown keys.
 
         >>> import kreisel as kr
@@ -374,7 +375,7 @@ class Scene:
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.
 
-        Scene.from_toml returns an equal scene for this text.
+        Scene.from_toml reads this text and returns an equal scene.
         """
         body = self.body
         start: dict[str, object] = {
@@ -399,7 +400,7 @@ class Scene:
 
 @refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
-    """Many tops: a body or bodies, gravity, damping, moving supports, and the states at t = 0.
+    """Many tops: one or more bodies, gravity, damping, moving supports, and the states at t = 0.
 
     Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
     one shape, such as (n,), (500, 500) or ().
@@ -417,13 +418,13 @@ class Ensemble(EnsembleConstructors[Scene]):
     friction  (...,) dry friction about the apex [M L^2 T^-2]
 
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
-    scenes or, if there are several dimensions, ensembles. Each member is equal, to the last bit, to
-    the kr.Scene with the same parameters. Attitudes in single precision may differ in the last bit.
-    Values that do not vary are stored once. Two ensembles are equal if all their parameters are
-    equal.
+    scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
+    kr.Scene with the same parameters. Attitudes given in single precision may differ in the last
+    bit. Values that do not vary are stored only once. Two ensembles are equal if all their
+    parameters are equal.
 
-    Raises TypeError and ValueError as Scene does; the message contains the index of the first
-    invalid value.
+    Raises TypeError and ValueError like Scene; the message gives the index of the first invalid
+    value.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body
@@ -445,12 +446,12 @@ _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS
 
 
 def parse_toml(text: str) -> Scene:
-    """Return the scene that a TOML text describes."""
+    """Return the scene described by a TOML text."""
     return build_from_table(parse_tables(text))
 
 
 def build_from_table(table: dict[str, object]) -> Scene:
-    """Return the scene that a TOML table describes; the key "body" is removed from the table."""
+    """Return the scene described by a TOML table, and remove the key "body" from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_from_table(table.pop("body"), _ABOVE)

@@ -30,7 +30,7 @@ def parse_fast(
     attitude: ArrayLike | Rotation | None,
     environment: tuple[object, object, object, object, object],
 ) -> SceneData | None:
-    """Return the data of a scene, or None if an argument is not a plain number or is invalid."""
+    """Return the data of a scene, or None if any argument is invalid or not a plain number."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
@@ -75,13 +75,13 @@ def parse_checked(
 def _momentum_of_velocity(
     body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
 ) -> Vector:
-    """Return the momentum of a top, given its angular velocity `value`."""
+    """Return the angular momentum of a top, given its angular velocity `value`."""
     rotor = _with_negative_zeros(body.principal_rotor) if any(body.rotor) else None
     moving = _with_negative_zeros(turning) if any(turning) else None
     return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
 def _with_negative_zeros(vector: Vector) -> Vector:
-    """Return the vector with -0.0 for components that are zero."""
+    """Return the vector with zero components replaced by -0.0."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

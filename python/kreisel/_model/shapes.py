@@ -1,7 +1,8 @@
 """Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
 
 Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
-moments of inertia are then mass * (s_y + s_z) and so on (Goldstein, Classical Mechanics, ch. 5).
+moments of inertia are then mass * (s_y + s_z) and its cyclic permutations (Goldstein, Classical
+Mechanics, ch. 5).
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def check_exactly_one(name: str, mass: object, density: object) -> None:
 
 
 def density_without_volume_message(name: str) -> str:
-    """Return the error message for a density of a thin shape, which has no volume."""
+    """Return the error message for a density given for a thin shape, which has no volume."""
     return f"the {name} is thin and has no volume: give its mass"
 
 
@@ -98,13 +99,13 @@ def sphere(radius: R, shell: bool) -> Shape[R]:
 
 
 def ellipsoid(a: R, b: R, c: R) -> Shape[R]:
-    """Return the shape of a solid ellipsoid with the half axes a, b, c."""
+    """Return the shape of a solid ellipsoid with the semi-axes a, b, c."""
     volume = 4.0 / 3.0 * math.pi * a * b * c
     return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
 
 def cone(radius: R, height: R) -> Shape[R]:
-    """Return the shape of a solid round cone with its tip at the origin, below its base."""
+    """Return the shape of a solid circular cone that stands on its tip at the origin."""
     r, h = radius, height
     side, along = 0.15 * r * r, 0.0375 * h * h
     return Shape("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)

@@ -1,11 +1,12 @@
 """Initial states with a given energy and vertical momentum, for example for Poincaré sections.
 
-Let P be the vertical and M the momentum, both in principal axes, and J the inertia. Let
+Let P be the vertical and M the angular momentum, both in principal-axis components, and J the
+tensor of inertia. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). Hence an initial state exists for each P with U(P) <= energy
-and for each direction of w. The energy determines the length of w, which is computed without
+is the amended potential (Smale 1970). Hence an initial state exists for every P with U(P) <= energy
+and for every direction of w. The energy determines the length of w, which is computed without
 cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
@@ -46,12 +47,12 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return U at the verticals P, an array of shape (n, 3)."""
+        """Return the potential U at the verticals P, an array of shape (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return M for n verticals P and n angles alpha."""
+        """Return the angular momentum M for n verticals P and n angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._momentum_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
@@ -76,9 +77,9 @@ class _EnergySurface(NamedTuple):
         return made
 
     def lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound of U within the angle `reach` of P.
+        """Return a lower bound of U within the angular distance `reach` of P.
 
-        The bound follows from the slope of U at P and from a bound on the curvature of U.
+        The bound follows from the gradient of U at P and a bound on the curvature of U.
         """
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
@@ -92,7 +93,7 @@ class _EnergySurface(NamedTuple):
         return made
 
     def min_potential(self) -> float:
-        """Return the minimum of U: the best points of a grid are refined by Newton's method."""
+        """Return the minimum of U, found by refining the best grid points with Newton's method."""
         P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
@@ -100,8 +101,8 @@ class _EnergySurface(NamedTuple):
     def _newton_minimum(self, P: Array) -> float:
         """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so that U decreases along the step. Of
-        several halved step lengths, the one with the smallest U is used.
+        Each step uses the absolute values of the curvatures, so U decreases along the step. Among
+        successively halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -135,7 +136,7 @@ def starts(
     seed: int = 0,
     gravity: float = 1.0,
 ) -> Ensemble:
-    """Return an ensemble of tops with the same energy and the same vertical momentum.
+    """Return an ensemble of tops that all have the same energy and vertical momentum.
 
     energy    kinetic plus potential energy, as path.energy [M L^2 T^-2]
     vertical  vertical momentum <m, e3>, as path.vertical_momentum [M L^2 T^-1]
@@ -148,9 +149,9 @@ def starts(
               of angles about that axis, and of directions of the momentum. Starts lie at the
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
-    Each attitude is the shortest rotation from the upright position, since neither energy nor
-    vertical momentum depends on the heading. Raises ValueError if no such state exists; the message
-    contains the least possible energy. Also raises ValueError for a body with a rotor.
+    Each attitude is the smallest rotation from the upright position, since neither the energy nor
+    the vertical momentum depends on the heading. Raises ValueError if no such state exists; the
+    message states the least possible energy. Also raises ValueError for a body with a rotor.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -189,7 +190,7 @@ def starts(
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
-    """Raise ValueError if the squares of energies would exceed the range of doubles."""
+    """Raise ValueError if squared energies would exceed the range of doubles."""
     vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
     about = vertical * vertical / float(surface.moments.min())
     if not about < _LARGEST:
@@ -203,7 +204,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
 def _grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Return a grid of verticals, in principal axes, and of angles alpha."""
+    """Return a grid of vertical directions, in principal axes, and of angles alpha."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
@@ -229,7 +230,7 @@ def _grid_starts(
 
 
 def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
-    """Return random verticals, in principal axes, and random angles alpha."""
+    """Return random vertical directions, in principal axes, and random angles alpha."""
     cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
@@ -263,7 +264,7 @@ def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere, as ranges of height and angle: the lower ends and the lengths."""
+    """Cells on the sphere, given by the lower ends and lengths of their height and angle ranges."""
 
     height: Array
     angle: Array
@@ -286,7 +287,7 @@ class _SphereCells(NamedTuple):
         return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
 
     def split(self) -> _SphereCells:
-        """Return the halves of each cell, which is cut across its longer side."""
+        """Return the two halves of each cell, which is cut across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -300,7 +301,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
-    """Return small cells that together contain all verticals P with U(P) <= energy."""
+    """Return small cells that together cover all verticals P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -314,7 +315,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations that turn P, a vector in the body frame, to e3."""
+    """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
@@ -325,14 +326,14 @@ def _shortest_rotations(P: Array) -> Array:
 
 
 def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the heights and angles of the centres of cells of equal size on the sphere."""
+    """Return the heights and angles of the centres of equally large cells on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()
 
 
 def _points_on_sphere(height: Array, angle: Array) -> Array:
-    """Return points on the unit sphere from their heights and azimuths."""
+    """Return points on the unit sphere, given their heights and azimuths."""
     across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 

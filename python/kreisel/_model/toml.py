@@ -1,4 +1,4 @@
-"""TOML input and output of scenes: tables hold arguments of constructors, in full precision."""
+"""TOML input and output of scenes; tables contain constructor arguments in full precision."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a d
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """Parse `source`, which is TOML text if it has several lines, or else the name of a file.
+    """Parse `source`, which is TOML text if it has several lines, and a file name otherwise.
 
-    Messages of TypeError and ValueError begin with the name of the file.
+    Messages of TypeError and ValueError start with the file name.
     """
     if isinstance(source, str) and "\n" in source:
         return parse(source)
@@ -32,7 +32,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 def read_limited(file: BinaryIO) -> str:
     """Return the text of a file, device or pipe.
 
-    Raises ValueError if the text is longer than 1 MiB or is not UTF-8.
+    Raises ValueError if the text is longer than 1 MiB or not valid UTF-8.
     """
     data = file.read(_MAX_BYTES + 1)
     if len(data) > _MAX_BYTES:
@@ -41,7 +41,7 @@ def read_limited(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Call `make`, and prefix the messages of its TypeErrors and ValueErrors with `name`."""
+    """Call `make`, and prefix the messages of any TypeError or ValueError with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -73,10 +73,10 @@ def call_constructor(
     elsewhere: Mapping[str, str],
     others: Iterable[str] = (),
 ) -> _T:
-    """Call the constructor `make` with the keys of a table as its arguments.
+    """Call the constructor `make` with the entries of a table as keyword arguments.
 
     Raises ValueError for unknown and missing keys. `elsewhere` maps a misplaced key to the name of
-    its proper table. `others` are further keys that an error message can suggest.
+    its proper table. `others` contains further keys that an error message can suggest.
     """
     parameters = inspect.signature(make).parameters
     for word in words:
@@ -91,7 +91,7 @@ def call_constructor(
 
 
 def dump(words: Mapping[str, object]) -> str:
-    """Return a line of TOML for each key; numbers keep all digits."""
+    """Return one line of TOML for each key; numbers are written in full precision."""
     return "".join([f"{name} = {_format_value(value)}\n" for name, value in words.items()])
 
 

@@ -16,11 +16,11 @@ MAKERS: dict[str, Callable[..., Body]] = {
 
 
 def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
-    """Build the body that a TOML table describes.
+    """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. `rotor` may accompany this table. `elsewhere` maps a misplaced key to the table
-    where it belongs.
+    constructor. The key `rotor` may be given in addition to this table. `elsewhere` maps a
+    misplaced key to the table where it belongs.
     """
     words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():

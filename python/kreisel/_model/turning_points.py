@@ -15,7 +15,7 @@ from .scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class TurningPoints:
-    """Turning points of n scenes. Each field is an array of shape (n,), except `rows`.
+    """Turning points of n motions. Each field is an array of shape (n,), except `rows`.
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
@@ -36,14 +36,14 @@ class TurningPoints:
 
 
 def turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
-    """Build turning points from the rows that the core computed, and the types of motion."""
+    """Build the turning points from the rows computed by the core, and the types of motion."""
     least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
 
 
 def compute_turning_points(scene: Scene) -> TurningPoints:
-    """Compute the turning points of one scene; raise ValueError if there are none."""
+    """Compute the turning points of the motion of a scene; raise ValueError if there are none."""
     status, row, motion_type = exact_turning(scene._block)
     if status != "OK":
         raise ValueError(explain_no_turning_points(status, scene))
@@ -51,7 +51,7 @@ def compute_turning_points(scene: Scene) -> TurningPoints:
 
 
 def explain_no_turning_points(status: str, scene: Scene) -> str:
-    """Return text that explains, by the status of the core, why a scene has no turning points."""
+    """Return text that explains why a motion has no turning points, given the core's status."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"

@@ -1,4 +1,4 @@
-"""Ensembles built from one scene: varied parameters, or random deviations.
+"""Ensembles built from one scene, by varying parameters or adding random perturbations.
 
 Euler's angles and the angular velocity w of a scene determine the rates of the angles:
     rate of the nutation    w_1 cos(precession) + w_2 sin(precession)
@@ -49,7 +49,7 @@ _ROWS = 1 << 12  # members whose numbers are drawn in one batch
 
 
 class _EulerState(NamedTuple):
-    """Euler's angles and rates of a scene, in radians."""
+    """The Euler angles and rates of a scene, in radians."""
 
     angles: tuple[float, float, float]  # precession, nutation, spin
     precession: float  # rate of the precession angle
@@ -121,7 +121,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _euler_state(scene: Any) -> _EulerState:
-    """Return Euler's angles and rates at t = 0, with rates at rounding level set to zero."""
+    """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
@@ -145,7 +145,7 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Return the parameters `given`, and Euler's angles and rates for spin, tilt and precession.
+    """Return the parameters `given`, and the Euler angles and rates for spin, tilt and precession.
 
     Values that are not given are taken from the scene. `steady` contains two flags: whether the
     precession is steady, and whether it is the faster of the two steady precessions.
@@ -184,7 +184,7 @@ def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
 
 
 def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Return the parameters `given`, and Euler's angles and rates.
+    """Return the parameters `given`, and the Euler angles and rates.
 
     Values that are not given are taken from the scene.
     """
@@ -215,10 +215,10 @@ def scatter(
     gravity: float | None,
     begin: int = 0,
 ) -> E:
-    """Build an ensemble of `n` variants of `scene` with normally distributed deviations.
+    """Build an ensemble of `n` variants of `scene` with normally distributed perturbations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The members are equal to the
-    members begin .. begin + n - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The members equal the members
+    begin to begin + n - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
@@ -257,8 +257,8 @@ def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Arra
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     """Return n rows of normally distributed numbers; row i depends only on `seed` and first + i.
 
-    Each member uses 8 random words of the counter-based generator Philox. The transform of Box and
-    Muller converts these words to normally distributed numbers.
+    Each member uses 8 random words of the counter-based generator Philox. The Box-Muller transform
+    converts these words to normally distributed numbers.
     """
     drawn = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words

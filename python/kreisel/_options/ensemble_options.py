@@ -1,4 +1,4 @@
-"""Validated options of an ensemble: options of a solve, times, reductions and threads."""
+"""Validated options of an ensemble: solver options, times, reductions and threads."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A reduction of one component of a quantity over the times of a top.
+    """A reduction of one component of a quantity over the output times of a top.
 
-    `component` is the index of the component, and `kind` the number of the kind in the core. `name`
-    is the quantity or component that the user named.
+    `component` is the index of the component, and `kind` is the core's number for the kind of
+    reduction. `name` is the quantity or component named by the user.
     """
 
     quantity: str
@@ -64,29 +64,29 @@ class EnsembleOptions:
 
     @property
     def searches_step(self) -> bool:
-        """True if each top has its own method and step, as with method='geometric'."""
+        """True if a method and a step are chosen for each top, as with method='geometric'."""
         return self.solve.error is not None
 
     @property
     def is_one_by_one(self) -> bool:
-        """True if tops are computed one by one: with events, tangents or more than 16 digits."""
+        """True if tops are computed one at a time: with events, tangents or more than 16 digits."""
         one_by_one = self.core_events is not None or bool(self.solve.tangents)
         return one_by_one or self.solve.has_low_words
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The first arguments of a worker of the core; the method None means 'auto'."""
+        """The first arguments for a worker of the core; the method None means 'auto'."""
         name, step, tol, digits, most, leave_heading = self.solve.core
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
     def reductions_for_core(self) -> list[tuple[str, int, int]]:
-        """The reductions in the form that a worker of the core accepts."""
+        """The reductions in the form accepted by a worker of the core."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
     def state_bytes(self) -> int:
-        """The number of bytes of a state; 0 with reductions."""
+        """The number of bytes per state; 0 with reductions."""
         if self.reductions:
             return 0
         numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_columns
@@ -116,7 +116,7 @@ def format_index(index: Index) -> str:
 
 
 def unravel_index(i: int, shape: Shape) -> Index:
-    """Return the index of member i, counted in C order, in an ensemble of this shape."""
+    """Return the multi-dimensional index of member i (in C order) in an ensemble of this shape."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
@@ -126,9 +126,10 @@ def member(tops: Ensemble, i: int) -> Scene:
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method called `name`, for all members of an ensemble.
+    """Return the method named `name` for all members of an ensemble.
 
-    Raises ValueError if the method does not suit a member; the message names the first such member.
+    Raises ValueError if the method does not apply to a member; the message gives the first such
+    member.
     """
     method = get_method(name)
     if method.name == FALLBACK:  # suits every top
@@ -185,7 +186,7 @@ _COMPONENTS = {
 def list_components(name: str) -> list[tuple[str, int]]:
     """Return pairs (quantity, index of a component).
 
-    If `name` is a quantity, there is a pair for each of its components. A name of a component
+    If `name` is a quantity, there is one pair for each of its components. The name of a component
     yields one pair.
     """
     if name in QUANTITIES:
@@ -194,7 +195,7 @@ def list_components(name: str) -> list[tuple[str, int]]:
 
 
 def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
-    """Return the reductions that a mapping such as {"nutation": ("min", "max")} requests."""
+    """Return the reductions requested by a mapping such as {"nutation": ("min", "max")}."""
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):
@@ -260,7 +261,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
 
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
-    """Raise MemoryError if the states of all tops do not fit into memory."""
+    """Raise MemoryError if the states of all tops would not fit into memory."""
     needed = tops.size * times.shape[-1] * options.state_bytes
     if needed > total_memory():
         raise MemoryError(
@@ -290,9 +291,9 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError with the index of the top if the times of a row are not monotonic.
+    """Raise ValueError, with the index of the top, if the times in a row are not monotonic.
 
-    The first row belongs to the top with the index `first` in C order.
+    The first row belongs to the top with the flat index `first` (in C order).
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
@@ -308,7 +309,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
 
 
 def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
-    """Return the array `out` for the states in the shape (n, k, 8), or None if `out` is None.
+    """Return the array `out` for states of shape (n, k, 8), or None if `out` is None.
 
     Raises TypeError or ValueError if `out` is not a suitable array.
     """
@@ -329,7 +330,7 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
 
 
 def parse_threads(threads: object, executor: object) -> int:
-    """Return the number of threads, by default the number of available processors.
+    """Return the number of threads, which defaults to the number of available processors.
 
     Raises TypeError or ValueError for an invalid argument, or if both arguments are given.
     """

@@ -1,4 +1,4 @@
-"""The methods of this build, from the core's table."""
+"""The methods of this build, from the method table of the core."""
 
 from __future__ import annotations
 
@@ -64,20 +64,20 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """True if the method can compute more digits than a double has."""
+        """True if the method supports more digits than double precision."""
         return bool(self.flags & FLAGS["digits"])
 
     @property
     def splitting(self) -> bool:
         """True if each step consists of kicks and drifts.
 
-        A drift is exact if two moments are equal.
+        A drift is exact if two principal moments are equal.
         """
         return bool(self.flags & FLAGS["splitting"])
 
     @property
     def skips_heading(self) -> bool:
-        """True if the heading of the top, its rotation about the vertical, can be left out."""
+        """True if the heading of the top (its rotation about the vertical) can be omitted."""
         return bool(self.flags & FLAGS["skips_heading"])
 
     @property
@@ -90,27 +90,27 @@ class Method:
 
     @property
     def damped(self) -> bool:
-        """True if the method applies to damped tops, too."""
+        """True if the method also applies to damped tops."""
         return bool(self.flags & FLAGS["damped"])
 
     @property
     def rotors(self) -> bool:
-        """True if the method applies to bodies with rotors, too."""
+        """True if the method also applies to bodies with rotors."""
         return bool(self.flags & FLAGS["rotors"])
 
     @property
     def turning(self) -> bool:
-        """True if the method applies to supports that turn about any axis, not only about e3."""
+        """True if the method also applies to supports that turn about axes other than e3."""
         return bool(self.flags & FLAGS["turning"])
 
     @property
     def shaking(self) -> bool:
-        """True if the method applies to shaken supports, too."""
+        """True if the method also applies to shaken supports."""
         return bool(self.flags & FLAGS["shaking"])
 
     @property
     def friction(self) -> bool:
-        """True if the method applies to tops with dry friction, too."""
+        """True if the method also applies to tops with dry friction."""
         return bool(self.flags & FLAGS["friction"])
 
     @property
@@ -120,7 +120,7 @@ class Method:
 
     @property
     def tops(self) -> str:
-        """A description of the bodies that the method applies to."""
+        """A description of the bodies to which the method applies."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
@@ -133,7 +133,7 @@ class Method:
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if the method applies to this body for any gravity.
+        """Return True if the method applies to this body under any gravity.
 
         The attribute `tops` describes these bodies.
         """
@@ -143,7 +143,7 @@ class Method:
         """Return True if the method applies to this scene.
 
         A scene without gravity has a closed form for any body without a rotor. Few methods apply to
-        tops with damping, friction, or a support that moves.
+        tops with damping, friction, or a moving support.
         """
         plain = check_type("scene", scene, Scene)._is_plain
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
@@ -156,7 +156,7 @@ class Methods(dict[MethodName, Method]):
     """
 
     def __repr__(self) -> str:
-        """Return a line for each method: its name, its order and a description."""
+        """Return one line for each method, with its name, order and description."""
         rows = [(name, str(method.order or "-"), method.text) for name, method in self.items()]
         wide = max((len(name) for name, _, _ in rows), default=0)
         return "\n".join(f"{name:<{wide}} {order:>2}  {text}" for name, order, text in rows)
@@ -189,7 +189,7 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 
 def describe_kind(scene: Scene) -> str:
-    """Return text that describes the body of a scene by its kind."""
+    """Return text that describes the body of a scene according to its kind."""
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
@@ -202,7 +202,8 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    For such a top, planning the closed form takes as much time as many steps of the Taylor series.
+    For such a top, setting up the closed form takes as much time as many steps of the Taylor
+    series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
@@ -235,7 +236,7 @@ def explain_no_closed_form(scene: Scene) -> str:
 
 
 def get_method(name: object) -> Method:
-    """Return the method called `name`; raise TypeError or ValueError if there is none."""
+    """Return the method named `name`; raise TypeError or ValueError if there is none."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
@@ -262,10 +263,10 @@ def _describe_tops(method: Method, scene: Scene) -> str:
 
 
 def resolve_method(name: object, scene: Scene) -> Method:
-    """Return the method called `name`; for 'auto', the method that suits the scene best.
+    """Return the method named `name` or, for 'auto', the most suitable method for the scene.
 
-    For a Kowalewski or a Goryachev-Chaplygin top the best method depends on the requested times,
-    and 'auto' means the Taylor series here.
+    For a Kowalewski or Goryachev-Chaplygin top, the best method depends on the requested times;
+    here 'auto' selects the Taylor series.
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """

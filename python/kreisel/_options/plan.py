@@ -1,4 +1,4 @@
-"""The plan of a solve: what a run of a scene computes and leaves out, and why."""
+"""The plan of a solve: what the run of a scene computes and omits, and why."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Reasons = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class StepChoice:
-    """The method and step that method='geometric' chose, and the cost of the choice.
+    """The method and step chosen by method='geometric', and the cost of choosing them.
 
     step          [T]
     target        the largest error allowed [rad]
@@ -59,7 +59,7 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The plan of a run, to be printed: what the run computes and leaves out, and why.
+    """A printable plan of a run: what the run computes and omits, and why.
 
     method    the name of the method
     why       the reason for this method
@@ -118,7 +118,7 @@ class Plan:
         return "\n".join(f"{name:<11}{text}" for name, text in self._description_rows())
 
     def _repr_html_(self) -> str:
-        """Return the plan as a table, which notebooks display."""
+        """Return the plan as an HTML table for display in notebooks."""
         return format_table(self._description_rows())
 
 
@@ -129,10 +129,10 @@ def make_plan(
     choice: StepChoice | None = None,
     times: Array | None = None,
 ) -> Plan:
-    """Return the plan of a solve of `scene` that records `states` states.
+    """Return the plan for solving `scene` with `states` recorded states.
 
-    `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. For runs and
-    ensembles, `times` is None.
+    `times` are the times passed to kreisel.solve, on which the choice of 'auto' can depend. For
+    runs and ensembles, `times` is None.
     """
     is_series = options.method.name == FALLBACK
     kernel, order = _find_kernel(options.core) if is_series else ("", options.method.order)
@@ -157,7 +157,7 @@ def make_plan(
 
 @lru_cache
 def _find_kernel(core: CoreArguments) -> tuple[str, int]:
-    """Return the instruction set and the order of the Taylor series.
+    """Return the instruction set in use and the order of the Taylor series.
 
     Both depend only on the options, so any scene can be used.
     """
@@ -167,9 +167,9 @@ def _find_kernel(core: CoreArguments) -> tuple[str, int]:
 
 
 def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
-    """Return the approximate angle by which the top turns in a fixed step; None if steps vary.
+    """Return the approximate angle by which the top turns per fixed step, or None if steps vary.
 
-    Few methods can follow a top that turns by a radian or more in a step.
+    Few methods can follow a top that turns by one radian or more per step.
     """
     if options.step is None or options.method.adaptive:
         return None

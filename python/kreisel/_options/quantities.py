@@ -1,4 +1,4 @@
-"""The quantities of a path: the table of the core, the times, and low words of 20 or 30 digits."""
+"""Quantities of a path: the core's table, the times, and low-order words for 20 or 30 digits."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity of the low words of `name`, the digits beyond double precision."""
+    """Return the quantity for the low-order words of `name`, the digits beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
@@ -66,7 +66,7 @@ def derivative_shape(name: str) -> tuple[int, ...]:
 
 
 def check_quantity(name: object) -> str:
-    """Return `name`. Raises ValueError if no quantity of the state has this name."""
+    """Return `name`. Raise ValueError if no quantity of the state has this name."""
     if not isinstance(name, str) or name not in QUANTITIES:
         raise ValueError(unknown_name_message("quantity", str(name), QUANTITIES))
     return name

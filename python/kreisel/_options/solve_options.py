@@ -1,4 +1,4 @@
-"""Validated options of a solve: the method, its parameters, and the quantities it records."""
+"""Validated options of a solve: the method, its parameters, and the recorded quantities."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ CoreArguments = tuple[str, float, float, int, int, bool]
 class SolveOptions:
     """The validated arguments of a solve, independent of the scene.
 
-    `step`, `tol` or `digits` is None if the method has no such parameter, or chooses its value.
-    `error` is the error allowed with method='geometric'; `method` is then a placeholder. `events`
+    `step`, `tol` or `digits` is None if the method has no such parameter or chooses its value.
+    `error` is the error tolerance for method='geometric'; `method` is then a placeholder. `events`
     are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` contains the
-    names of the parameters of differentiation. `keeps_heading` is True for a turning support, whose
-    motion depends on the heading.
+    names of the parameters with respect to which the state is differentiated. `keeps_heading` is
+    True for a turning support, whose motion depends on the heading.
     """
 
     method: Method
@@ -50,12 +50,12 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are requested, which may need quantities that are not in `want`."""
+        """True if events are requested, which may require quantities that are not in `want`."""
         return self.events is not None
 
     @property
     def tangent_bits(self) -> int:
-        """The sum of the core's bits of the names in `tangents`."""
+        """The sum of the core's bit flags for the names in `tangents`."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
     @property
@@ -65,7 +65,7 @@ class SolveOptions:
 
     @cached_property
     def core(self) -> CoreArguments:
-        """The arguments of the core."""
+        """The arguments passed to the core."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_low_words or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
@@ -82,7 +82,7 @@ class SolveOptions:
 
     @property
     def can_skip_heading(self) -> bool:
-        """True if the core omits the heading, because no requested quantity depends on it."""
+        """True if the core can omit the heading, because no requested quantity depends on it."""
         return self.core[-1]
 
     def keep_heading(self) -> SolveOptions:
@@ -91,7 +91,7 @@ class SolveOptions:
 
     @cached_property
     def safe_horizon(self) -> float:
-        """A time [T] up to which a double is certain to count the steps exactly."""
+        """A time [T] up to which step counts are certain to be exact in double precision."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property
@@ -101,16 +101,16 @@ class SolveOptions:
 
     @property
     def state_bytes(self) -> int:
-        """The number of bytes of a state, without the time."""
+        """The number of bytes per state, without the time."""
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
     def has_low_words(self) -> bool:
-        """True if the low words of the states are recorded too."""
+        """True if the low-order words of the states are also recorded."""
         return (self.digits or 0) > 16
 
     def step_with_sign(self, is_back: bool) -> float | None:
-        """Return the step, negative if `is_back`; None if there is no step."""
+        """Return the step, with a negative sign if `is_back`, or None if there is no step."""
         return -self.step if is_back and self.step is not None else self.step
 
 
@@ -126,11 +126,11 @@ def parse_options(
     requested: object = None,
     t: object = None,
 ) -> SolveOptions:
-    """Return the validated options of a solve of `scene`.
+    """Return the validated options for solving `scene`.
 
-    `requested` is the method that the user named, by default `method`. `t` contains the requested
-    times, or is None if the times are not known. Raises TypeError or ValueError for an invalid
-    argument.
+    `requested` is the method named by the user, which defaults to `method`. `t` contains the
+    requested times, or is None if the times are not known. Raises TypeError or ValueError for an
+    invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
@@ -152,7 +152,7 @@ def options_for_method(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the validated options of a solve by `method`, for any scene.
+    """Return the validated options for solving any scene by `method`.
 
     Raises TypeError or ValueError for an invalid argument.
     """

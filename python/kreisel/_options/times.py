@@ -21,9 +21,9 @@ TIMES_FORM = "a number or a list of times"
 def time_array(
     t: object, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return the times that `t` specifies: a list, or an end time as in `time_grid`.
+    """Return the times specified by `t`: a list of times, or an end time as in `time_grid`.
 
-    `size` is the number of bytes of a state. Raises MemoryError if the states do not fit into
+    `size` is the number of bytes per state. Raises MemoryError if the states would not fit into
     memory.
     """
     times = parse_time_list(t)
@@ -84,10 +84,10 @@ def time_chunks(
     after: float | None,
     begin: float = 0.0,
 ) -> Iterator[Array]:
-    """Return the times that `t` specifies, in chunks of `size` times.
+    """Return the times specified by `t`, in chunks of `size` times.
 
-    `t` may also be an infinite iterator. If `t` is a number, the steps begin at the time `begin`,
-    and only times beyond the time `after` are returned.
+    `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
+    and only times beyond `after` are returned.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -122,8 +122,8 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return a flag that is True if the times are negative, and `t` itself.
 
-    If `t` is an iterator, it is read up to its first time other than 0. The returned iterator still
-    yields all times.
+    An iterator `t` is read up to its first nonzero time. The returned iterator still yields all
+    times.
     """
     if isinstance(t, Iterator):
         begun, back = [], False
@@ -159,7 +159,7 @@ def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
 
 
 def _grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times of the steps with the numbers `steps` of a grid that starts at `begin`."""
+    """Return the times of the steps numbered `steps` on a grid that starts at `begin`."""
     times = steps * step
     return times + begin if begin else times
 
@@ -190,7 +190,7 @@ def _grid_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if `states` states of `size` bytes each do not fit into memory."""
+    """Raise MemoryError if `states` states of `size` bytes each would not fit into memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
@@ -215,7 +215,7 @@ def too_many_steps_message(end: float, step: float) -> str:
 
 
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
-    """Raise ValueError if a double cannot resolve the state at `end`.
+    """Raise ValueError if the state at `end` cannot be resolved in double precision.
 
     The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
     rad.

@@ -1,1 +1,1 @@
-"""Pictures by matplotlib. The functions do not use pyplot, so its global state is unchanged."""
+"""Charts drawn with matplotlib, without pyplot, so the global state of pyplot is unchanged."""

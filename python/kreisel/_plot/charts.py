@@ -1,4 +1,4 @@
-"""Charts of paths: the trace of the apex on a sphere, and nutation and precession over time."""
+"""Charts of paths: the apex trace on a sphere, and nutation and precession over time."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Plottable(Protocol):
 
 
 class Difference(NamedTuple):
-    """The angle between two paths at the times that they share.
+    """The angle between the attitudes of two paths at their common times.
 
     t      (k,) times [T]
     angle  (k,) the angle [rad]
@@ -54,17 +54,17 @@ class Difference(NamedTuple):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three for each path: trace, nutation, precession.
+    """The axes of a picture, three per path: trace, nutation and precession.
 
-    A picture of two paths has their difference as its last axes. A notebook shows the picture.
-    `picture.figure.savefig("top.png")` writes the picture to a file.
+    In a picture of two paths, the last axes show their difference. Notebooks display the picture.
+    `picture.figure.savefig("top.png")` saves the picture to a file.
     """
 
     __slots__ = ()
 
     @property
     def figure(self) -> Figure:
-        """The figure that contains the axes. The method savefig of the figure writes a file."""
+        """The figure that contains the axes; call `figure.savefig` to save it to a file."""
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
@@ -87,9 +87,9 @@ def plot_paths(
     time_unit: str,
     compute_difference: Callable[[], Difference] | None = None,
 ) -> Picture:
-    """Plot each path and the states at its events in three axes, by default in a new figure.
+    """Plot each path and the states at its events in three axes, in a new figure by default.
 
-    The difference of the paths is drawn in further axes, if there are any.
+    If there are further axes, they show the difference of the paths.
     """
     unit, name = (180.0 / np.pi, "°") if as_bool("degrees", degrees) else (1.0, "rad")
     label = time_label(as_unit("time_unit", time_unit))
@@ -151,7 +151,7 @@ def _draw_path(
     angle: tuple[float, str],
     time: str,
 ) -> None:
-    """Draw a path and the states at its events. `angle` contains the factor and name of a unit."""
+    """Draw a path and its states at events; `angle` is the factor and name of an angular unit."""
     sphere, above, below = axes
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
@@ -178,7 +178,7 @@ def _draw_path(
 
 
 def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
-    """Write a legend of the dots and the dashed lines below a sphere."""
+    """Draw a legend for the dots and dashed lines below a sphere."""
     ink = matplotlib.rcParams["text.color"]
     marks = [Line2D([], [], color=ink, marker="o", markersize=4, linestyle="", label="start")]
     if has_limits:
@@ -196,7 +196,7 @@ def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
 def _draw_difference(
     chart: Axes, difference: Difference, angle: tuple[float, str], time: str
 ) -> None:
-    """Draw the angle between two paths on a logarithmic scale; an angle of 0 is left out."""
+    """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
     unit, sign = angle
     values = unit * difference.angle
     chart.set(xlabel=time, ylabel=f"difference [{sign}]")
@@ -216,7 +216,7 @@ def _draw_difference(
 def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
     """Return the indices of the intervals in which the precession angle jumps.
 
-    In such an interval the apex passes close to the vertical. The angle changes by more than 0.5
+    In such an interval, the apex passes close to the vertical. The angle changes by more than 0.5
     rad there, and by more than 8 times the median change.
     """
     change = np.abs(np.diff(around))
@@ -225,7 +225,7 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the times and values with a NaN in each of the `intervals`, to break the line."""
+    """Return the times and values with a NaN inserted in each of the `intervals`."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
@@ -253,7 +253,7 @@ def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
 
 
 def _widen_narrow_range(chart: Axes, unit: float) -> None:
-    """Widen the vertical range if the nutation is constant up to rounding errors.
+    """Widen the range of the vertical axis if the nutation is constant up to rounding errors.
 
     The curve is then drawn as a horizontal line.
     """
@@ -264,7 +264,7 @@ def _widen_narrow_range(chart: Axes, unit: float) -> None:
 
 
 def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:
-    """Draw the outline of the unit sphere, its equator, and an arrow upwards."""
+    """Draw the outline of the unit sphere, its equator, and an upward arrow."""
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
     _draw_parallel(axes, 0.0, elevation, FAINT, "-")
@@ -286,7 +286,7 @@ def draw_trace(
 ) -> None:
     """Draw a trace on the unit sphere, with fainter lines on the far side of the sphere.
 
-    A dot marks the start, and an arrow points upwards. Dashed lines show the heights in `limits`.
+    A dot marks the start, and an arrow points upwards. Dashed lines mark the heights in `limits`.
     """
     draw_sphere(axes, elevation)
     for height in limits:

@@ -1,6 +1,6 @@
-"""Films of a body in motion, as GIF, MP4 or HTML.
+"""Animations of a moving body, as GIF, MP4 or HTML.
 
-A film is completed in memory before its file is written, so the file is never incomplete.
+An animation is completed in memory before its file is written, so the file is never incomplete.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Animatable(Protocol):
 
 @refuse_assignment("path.animate({}=...) returns a new film")
 class Film:
-    """A film of a path, to be saved to a file or shown in a notebook.
+    """An animation of a path, to be saved to a file or displayed in a notebook.
 
     t    (n,) evenly spaced times of the frames [T]
     fps  number of frames per second
@@ -83,7 +83,7 @@ class Film:
         size: int,
         time_unit: str | None = None,
     ) -> None:
-        """Store the data of a film; `apex` has BETWEEN points per frame after the first frame."""
+        """Store the data of an animation; `apex` has BETWEEN points per frame after the first."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
         self.__dict__.update(_time_unit=time_unit)
 
@@ -95,9 +95,9 @@ class Film:
         return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the film to a file that ends in .gif, .mp4 (needs ffmpeg) or .html, atomically.
+        """Write the animation atomically to a file ending in .gif, .mp4 (needs ffmpeg) or .html.
 
-        Raises ValueError for other names, and OSError if the file cannot be written.
+        Raises ValueError for other suffixes, and OSError if the file cannot be written.
         """
         make = writer_for(file)
         atomic_write(file, make(self))
@@ -148,7 +148,7 @@ class Film:
 
 
 def _extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
-    """Return the positions of the two ends of the body along the axis of the apex."""
+    """Return the positions of the two ends of the body along the apex axis."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
 
@@ -171,7 +171,7 @@ def make_film(
     size: int,
     time_unit: str | None = None,
 ) -> Film:
-    """Return a film of a path; if `file` is given, save the film.
+    """Return an animation of a path, and save it if `file` is given.
 
     All arguments are validated before any state is computed.
     """
@@ -252,7 +252,7 @@ def _rotation_matrix(q: Array) -> Array:
 
 
 def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
-    """Return the function that encodes a film for a file of this name.
+    """Return the function that encodes an animation for a file of this name.
 
     Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
     """
@@ -266,7 +266,7 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
 
 
 def _encode_gif(film: Film) -> bytes:
-    """Encode a film as a GIF with a byte per pixel; all frames use the palette of the first one."""
+    """Encode an animation as a GIF with one byte per pixel and the palette of the first frame."""
     images = _render_images(film)
     full = next(images)
     palette = _choose_palette(full)
@@ -280,7 +280,7 @@ def _encode_gif(film: Film) -> bytes:
 
 
 def _choose_palette(image: Image.Image) -> Image.Image:
-    """Return an image with the palette of a film.
+    """Return an image that contains the palette of an animation.
 
     The palette consists of the most frequent colours of the first frame. It also contains the
     colours of thin lines and texts, which are rare or missing in that frame.

@@ -1,4 +1,4 @@
-"""Charts of fits: the measurements with the fitted motion, and the residuals below them."""
+"""Charts of fits: measurements with the fitted motion, and residuals below them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Panel(Protocol):
 
 
 def plot_panels(panels: list[Panel]) -> Picture:
-    """Draw two charts for each panel: measurements with the motion, and residuals in sigmas."""
+    """Draw two charts per panel: measurements with the fitted motion, and scaled residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []
     grid = figure.subplots(2, len(panels), sharex="col", squeeze=False, height_ratios=(2.0, 1.0))

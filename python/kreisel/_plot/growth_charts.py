@@ -1,4 +1,4 @@
-"""Charts of indicators of chaos: curves over time, and maps of two parameters."""
+"""Charts of chaos indicators: curves over time, and maps over two parameters."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
 class Verdicts(Protocol):
-    """An indicator of chaos with the verdicts of its tops."""
+    """A chaos indicator with a verdict for each top."""
 
     @property
     def name(self) -> str: ...
@@ -44,7 +44,7 @@ class Verdicts(Protocol):
 
 
 def classify_tops(indicator: Verdicts) -> npt.NDArray[np.int8]:
-    """Return an array with the index in CLASSES of the class of each top."""
+    """Return an array that contains, for each top, the index of its class in CLASSES."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return found
@@ -77,7 +77,7 @@ def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
 
 
 def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
-    """Return the entries of a legend for the classes that occur."""
+    """Return the legend entries for the classes that occur."""
     found, counts = np.unique(classes, return_counts=True)
     marks = []
     for k, n in zip(found, counts, strict=True):
@@ -88,7 +88,7 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
 
 
 def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
-    """Draw the values at the last time over two parameters, with a dot at each doubtful top."""
+    """Plot the final values over two parameters, and mark each doubtful top with a dot."""
     chart = new_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]
     (up_name, up), (along_name, along) = (_axis_values(tops, d) for d in (0, 1))

@@ -1,4 +1,4 @@
-"""Parts that all charts share: new axes, their style and their colours."""
+"""Elements shared by all charts: new axes, styles and colours."""
 
 from __future__ import annotations
 
