@@ -133,7 +133,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conventions() -> str:
-    """Return text that explains the order of components, the frames and the units, with an example."""
+    """Return text that explains the conventions for components, frames and units by an example."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (

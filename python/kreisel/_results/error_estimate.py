@@ -139,14 +139,14 @@ def rounding_growth(
     progress: Progress | Work | None = None,
     origin: Origin = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Return a core result, together with the largest amplification of an initial rounding error.
+    """Return a core result, and the largest factor by which an initial rounding error is amplified.
 
-    The amplification is the change of attitude [rad] divided by the relative rounding error. The
-    estimate is based on tangents from the Taylor series, regardless of the method that computed the
-    path. For at most 16 digits, the returned value is the largest amplification of any single
-    rounding error. For more digits, the effects of all rounding errors are combined as independent
-    errors. The amplification is infinite if a tangent overflows. The result contains the states at
-    which the amplification was evaluated. Some of these states are missing if the run fails.
+    This factor is the change of attitude [rad] divided by the relative rounding error. The estimate
+    is based on tangents from the Taylor series, regardless of the method that computed the path.
+    For at most 16 digits, the returned value is the largest amplification of any single rounding
+    error. For more digits, the effects of all rounding errors are combined as independent errors.
+    The amplification is infinite if a tangent overflows. The result contains the states at which
+    the amplification was evaluated. Some of these states are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -1,4 +1,4 @@
-"""Index handling for states of a path and members of an ensemble, and checks of times."""
+"""Indices of path states and of ensemble members, and validation of times."""
 
 from __future__ import annotations
 

@@ -168,8 +168,8 @@ class Tables(States):
         """Return an xarray.Dataset with one variable per quantity in `names`.
 
         If no names are given, the Dataset contains all quantities that the path stores. The first
-        dimension is time. The component dimensions are quaternion (w, x, y, z), axis (x, y, z) and
-        principal_axis (N, B, T).
+        dimension is time. The dimensions of the components are named quaternion (w, x, y, z), axis
+        (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims

@@ -110,8 +110,8 @@ class ExactEnsemble:
         Running the ensemble would compute the same states faster, but requires times that are
         monotonic and on one side of 0. Running is not an option if any time is 0: it would return
         the initial state itself instead of evaluating the closed form. Nor is it an option for
-        closed forms on a torus, which a run evaluates in working axes with different rounding
-        errors.
+        closed forms on a torus, because a run evaluates these in working axes, with different
+        rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()

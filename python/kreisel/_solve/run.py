@@ -89,25 +89,24 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. The time continues
-    to count; in all other respects, the motion is like a new run from the present state.
+    run.push, run.reset and run.change change the motion at the present time t. The time continues;
+    in all other respects, the motion is a new run from the present state.
 
-    - run.scene is the present state, and run.start_time its time. Each path stores the scene to
-    which its states belong; the path's energy, `path(t)` and `path.error` refer to this scene.
+    - run.scene is the present state, and run.start_time its time. Each path stores the scene of its
+      own states, to which its energy, `path(t)` and `path.error` refer.
 
     - The grid of a fixed step begins at the present time.
 
-    - run.stats, the limit max_steps and the counts of events begin at zero. A run that was ended by
-    a terminal event can be continued. The run still searches for the same events. An event at the
-    present time is not reported again, and a discontinuity of its function caused by the change is
-    not an event.
+    - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
+      terminal event can be continued. The same events are searched for. An event at the present
+      time is not reported again, and a jump of its function due to the change is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 
     - With 20 or 30 digits, the low words of the present state are kept.
 
-    The method cannot be changed. If the method does not apply after the change, or if an argument
-    is invalid, an exception is raised and the run remains unchanged.
+    The method cannot be changed. If the method does not apply after the change, or an argument is
+    invalid, an exception is raised and the run is unchanged.
     """
 
     scene: Scene
@@ -143,9 +142,9 @@ class Run:
         """Advance the run to time t, and return the path.
 
         If `t` is a number, the path contains the current state and the state at `t`. If `every` is
-        also given, the path contains the states after each multiple of `every` steps, except those
-        already returned. If `t` is a list, the path contains exactly the states at these times.
-        Raises the same exceptions as kreisel.solve; the run then remains at its last valid state.
+        also given, the path contains the states after each multiple of `every` steps that were not
+        yet returned. If `t` is a list, the path contains exactly the states at these times. Raises
+        the same exceptions as kreisel.solve; the run then remains at its last valid state.
         """
         if every is None and progress is None:
             path = self._advance_in_one_call(t)
@@ -332,8 +331,8 @@ class Run:
         """Change the body or its environment at the current time.
 
         The arguments are the same as for kreisel.Scene. The attitude is preserved; it now rotates
-        the new body's frame of description to the space frame. The time of the run continues to
-        count, and `shaking` refers to this time.
+        the new body's frame of description to the space frame. The time of the run continues, and
+        `shaking` refers to this time.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
@@ -480,7 +479,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
     or on a different type of machine. Raises OSError if the file cannot be read. Warns if the
-    Taylor kernel of this processor rounds differently from the kernel that started the run; results
+    Taylor kernel of this processor rounds differently from the one that started the run; results
     then agree only up to rounding errors.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
@@ -556,13 +555,12 @@ def start(
 
     The arguments are the same as for kreisel.solve; if `back` is True, the run goes backwards in
     time. All methods are allowed except 'geometric', which needs trial runs. Each path contains the
-    events that occurred while it was computed; together, all paths contain the events of a single
-    solve. A terminal event ends the run; run.ended is then True, and run.t is the time of that
-    event.
+    events that occurred along it; all paths together contain the events of a single solve. A
+    terminal event ends the run; run.ended is then True, and run.t is the time of that event.
 
-    If the process is killed between keep(path) and run.save(file), the resumed run computes the
-    states of the last path again. To store each state only once, delete all stored states after
-    run.t before resuming. In this example, that file consists of rows of eight doubles:
+    If the process is killed between keep(path) and run.save(file), the resumed run repeats the
+    states of the last path. To store each state only once, delete the states after run.t from the
+    file of states before resuming. In this example, that file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)

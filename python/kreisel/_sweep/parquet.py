@@ -145,7 +145,7 @@ def decode_part(
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Return the table of a part, given as an Arrow table. `states` is the number of states per top."""
+    """Return the table of a part from an Arrow table. `states` is the number of states per top."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

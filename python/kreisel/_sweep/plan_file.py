@@ -108,7 +108,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return `given`, or `n` evenly spaced values if `given` is a table { from, to, n }."""
+    """Return `given`, or `n` evenly spaced values if it is a table of the form { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

@@ -26,7 +26,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute the results of the tops with the indices `tops`, including failed ones, as a table."""
+    """Compute a table of the results of the tops with the indices `tops`, including failed tops."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
@@ -126,7 +126,7 @@ class PartRunner:
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """If the file of part i exists, remove i from `left` and count the part's tops as finished."""
+        """If the file of part i exists, remove i from `left`, and count its tops as finished."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

@@ -101,7 +101,7 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def foreign_error(self, i: int) -> FileExistsError:
-        """Return the exception for a file or folder that has the name of part i but belongs elsewhere."""
+        """Return the exception for a file or folder that has the name of part i but is foreign."""
         file = self.file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")

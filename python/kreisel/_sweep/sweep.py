@@ -26,7 +26,7 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during kreisel.sweep. Calling the function again computes the missing parts.
+    """Exception for Ctrl-C during a sweep. Calling kreisel.sweep again computes the missing parts.
 
     sweep  a kreisel.SweepResult with the finished parts
     """

@@ -207,9 +207,8 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored as a JSON object.
 
-    `load` returns the array stored in a file of a given name, for values that the JSON does not
-    contain. Raises ValueError if the object is not a plan, or if it is a plan from a different
-    version.
+    `load` returns the array stored under a given file name, for values that are not in the JSON.
+    Raises ValueError if the object is not a plan, or if it is a plan from a different version.
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)

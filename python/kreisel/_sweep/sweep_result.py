@@ -127,7 +127,7 @@ class SweepResult:
         return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """Return the values of a column for all tops, or for all events in the order of the tops."""
+        """Return the values of a column for all tops, or for all events sorted by top."""
         schema = self._schema
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
@@ -301,7 +301,7 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers below `end` that are missing from the ascending list `numbers`."""
+    """Yield the ranges of integers below `end` that are not in the ascending list `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
