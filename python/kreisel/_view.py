@@ -41,7 +41,7 @@ class _PathTrack(TypedDict):
 
 
 class _Scene(TypedDict):
-    """The data that the viewer reads: a scene and its display options."""
+    """The data read by the viewer: a scene and its display options."""
 
     version: int
     name: str
@@ -63,7 +63,7 @@ class _Scene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """An interactive viewer of a scene. A notebook displays the viewer as the result of a cell.
+    """An interactive viewer of a scene. A notebook displays the viewer if it is a cell's result.
 
     scene  the data of the scene, in the format of the viewer's JSON export
     """
@@ -72,7 +72,7 @@ class View:
 
     @property
     def html(self) -> str:
-        """The HTML text of the viewer. Raises FileNotFoundError if the viewer is not installed."""
+        """The viewer as HTML text. Raises FileNotFoundError if the viewer is not installed."""
         if not _PAGE.exists():
             raise FileNotFoundError(
                 f"this kreisel was installed without its viewer, {_PAGE}: run `make viewer` in the "
@@ -84,14 +84,14 @@ class View:
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the viewer to a file, which a browser can open without a network."""
+        """Write the viewer to an HTML file, which a browser can open without network access."""
         atomic_write(file, self.html.encode())
 
     def open(self) -> File:
-        """Open the viewer in a browser and return the viewer's file.
+        """Open the viewer in a browser, and return the file that contains the viewer.
 
-        The next viewer of a scene with this name overwrites the file. Warns if no browser was
-        found.
+        The file is overwritten by the next viewer of a scene with the same name. Issues a warning
+        if no browser was found.
         """
         file, shown = open_viewer(self)
         if not shown:
@@ -105,7 +105,7 @@ class View:
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
-    """Write the viewer to a file and open it; return the file, and True if a browser was found."""
+    """Write the viewer to a file and open it; return the file, and whether a browser was found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
@@ -115,7 +115,7 @@ def open_viewer(page: View) -> tuple[File, bool]:
 
 
 def _viewer_folder() -> File:
-    """Return the folder for viewers in the user's cache, or a temporary folder if that fails."""
+    """Return the viewer folder in the user's cache or, if that fails, a temporary folder."""
     home = os.path.expanduser("~")
     base = {
         "win32": os.environ.get("LOCALAPPDATA") or home,
@@ -138,9 +138,10 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in an interactive viewer, or a path next to the motion that the viewer computes.
+    """Show a scene in an interactive viewer, or a path beside the motion computed by the viewer.
 
-    In a notebook, the viewer is the result of a cell; otherwise it opens in a browser.
+    In a notebook, the viewer is displayed as the result of the cell; otherwise it opens in a
+    browser.
 
     methods  one to three methods that the viewer starts with; by default, taylor for bodies with
              rotors and for tops with damping, friction or turning supports, bobenko_suris for
@@ -150,8 +151,8 @@ def view(
     open     False: only build the viewer, for `.save("top.html")`
 
     The states of a path must begin at t = 0 and lie at equal intervals, a multiple of 1e-6, as with
-    every=n. Raises FileNotFoundError if this installation has no viewer. Raises TypeError or
-    ValueError for invalid arguments.
+    every=n. Raises FileNotFoundError if the viewer is not part of this installation. Raises
+    TypeError or ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")

@@ -14,19 +14,19 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Python functions are not supported, because events are roots of polynomials. For a Python function
-f, compute a path with closely spaced states and search it for sign changes, for example by
-np.where(np.diff(np.sign(f(path)))). Such a search may miss events.
+Python functions are not supported, because events are located as roots of polynomials. For a Python
+function f, compute a path with closely spaced states and search it for sign changes, for example
+with np.where(np.diff(np.sign(f(path)))). Such a search can miss events.
 
-In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
-of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
-path does not change. The initial state is not an event. A function counts as zero if its absolute
-value is below 2^-50 times the magnitude of its terms. A point at which a function touches zero
-without a change of sign is not an event.
+Within each step of method='taylor', the function is a polynomial in time. Events are the sign
+changes of this polynomial or, for an extremum, of its derivative. No event within a step is missed,
+and the path is not affected. The initial state does not count as an event. A function is considered
+zero if its absolute value is below 2^-50 times the magnitude of its terms. Points at which a
+function touches zero without changing sign are not events.
 
-The times of events are as accurate as the path. The times are doubles even if the path has more
-digits, but the states at these times have all digits of the path. Rising and falling refer to
-increasing time, even if the path runs backwards.
+The times of events are as accurate as the path itself. The times are stored as doubles even if the
+path has more digits, but the states at these times have all digits of the path. Rising and falling
+refer to increasing time, even if the path runs backwards in time.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ Terms = tuple[tuple[float, int, int], ...]
 
 
 class _Count(TypedDict, total=False):
-    """Keyword arguments of crossing and extremum except `where`."""
+    """Keyword arguments of crossing and extremum, except `where`."""
 
     direction: int
     max_count: int | None
@@ -93,7 +93,7 @@ _SPEED = {f"body_velocity_{i}*body_velocity_{i}": 1.0 for i in "xyz"}
 
 @dataclass(frozen=True)
 class Event:
-    """A description of events, built by the functions of this module.
+    """A description of events, created by the functions of this module.
 
     terms      terms (factor, index, index) of the function g, with the indices of components
     where      terms of a function that must be positive at the event; empty for no condition
@@ -111,7 +111,7 @@ class Event:
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
-        """Return the values of the function g at all states of a path."""
+        """Return the values of the event function g at all states of a path."""
         check_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
@@ -125,10 +125,10 @@ def crossing(
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find where a function crosses a value.
+    """Find the times at which a function crosses a given value.
 
-    `value` is given in the units of the function. `direction`, `max_count` and `terminal` are as in
-    Event. `where` is a function that must be positive at the event. Raises TypeError or ValueError
+    `value` has the units of the function. `direction`, `max_count` and `terminal` are as in Event.
+    `where` is a function whose value must be positive at the event. Raises TypeError or ValueError
     if a function is invalid, and ValueError if `function` is constant.
     """
     level = as_float("value", value)
@@ -144,7 +144,7 @@ def extremum(
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find local minima (direction 1) or maxima (direction -1) of a function.
+    """Find local minima (direction 1) or local maxima (direction -1) of a function.
 
     The other arguments are as in crossing.
     """
@@ -153,10 +153,10 @@ def extremum(
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
-    """Find crossings of a plane, a Poincaré section: <normal, v> = offset.
+    """Find the crossings of a plane <normal, v> = offset, that is, a Poincaré section.
 
     `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
-    'body_momentum'. `offset` has the units of v. The other arguments are as in crossing.
+    'body_momentum'. `offset` has the same units as v. The other arguments are as in crossing.
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
@@ -165,7 +165,7 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
 
 
 def nutation(**more: Unpack[_More]) -> Event:
-    """Find the lowest (direction 1) or highest (direction -1) points of the apex.
+    """Find the lowest (direction 1) or the highest (direction -1) points on the path of the apex.
 
     The other arguments are as in extremum.
     """
@@ -173,21 +173,22 @@ def nutation(**more: Unpack[_More]) -> Event:
 
 
 def loop(**more: Unpack[_More]) -> Event:
-    """Find where the apex reverses its precession about the vertical.
+    """Find the points at which the apex reverses its precession about the vertical.
 
-    A trace with loops has two such points in each loop, and a wavy trace has none. At a cusp the
-    rate of the precession touches zero. A cusp may therefore be found as a small loop or not at
-    all, depending on the error of the path. The arguments are as in crossing.
+    A trace with loops has two such points per loop, whereas a wavy trace has none. At a cusp, the
+    precession rate touches zero. Depending on the error of the path, a cusp may therefore be found
+    as a small loop or not at all. The arguments are the same as for crossing.
     """
     return crossing(_PRECESSION, **more)
 
 
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
-    """Find where the apex comes to rest and turns back.
+    """Find the points at which the apex comes to rest and reverses its direction.
 
-    A cusp is a highest or lowest point at which the apex is slow. The angular speed of the apex is
-    less than `within` times that of the body. `within` must be at least 1e-7, since rounding errors
-    dominate at smaller values. The other arguments are as in extremum, but `where` is not accepted.
+    A cusp is a highest or lowest point of the apex at which its angular speed is low. There, the
+    angular speed of the apex is less than `within` times that of the body. `within` must be at
+    least 1e-7, because rounding errors dominate for smaller values. The other arguments are as in
+    extremum, except that `where` is not accepted.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(
@@ -212,9 +213,9 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
-    """Raise ValueError if an event `kinetic` is not the kinetic energy of these tops.
+    """Raise ValueError if an event `kinetic` does not represent the kinetic energy of these tops.
 
-    The event must be defined with the rotor of the body, and the support must not turn.
+    The event must have been defined with the rotor of the body, and the support must not turn.
     """
     half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -229,10 +230,11 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 
 
 def stopped(**more: Unpack[_More]) -> Event:
-    """Find where the spin becomes zero, for example where dry friction stops it.
+    """Find the times at which the spin vanishes, for example because dry friction stops it.
 
     The spin is the angular velocity about the apex. Without friction, or if friction cannot hold
-    the top, the spin is also zero where it changes sign. The arguments are as in crossing.
+    the top at rest, the spin also vanishes where it changes sign. The arguments are the same as for
+    crossing.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -245,16 +247,16 @@ def stopped(**more: Unpack[_More]) -> Event:
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
-    """Find where a top is nearest to its unstable equilibrium.
+    """Find the points at which a top is closest to its unstable equilibrium.
 
-    On both sides of the separatrix, motions are slow near this equilibrium. Under gravity, the
+    On either side of the separatrix, motions slow down near this equilibrium. Under gravity, the
     events are the points at which the centre of mass is highest. Without torque, the events are the
-    points of closest approach of the angular velocity to the intermediate principal axis, in either
-    direction. The states at the events show how near the motion is to the equilibrium.
+    closest approaches of the angular velocity to the intermediate principal axis, in either
+    direction. The states at the events indicate how close the motion is to the equilibrium.
 
-    The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
-    ValueError for a body without torque and with two equal moments, because there is no separatrix.
-    Also raises ValueError for a body without torque that has a rotor, and for a support that moves.
+    The other arguments are as in extremum, but `direction` is not accepted under gravity. Raises
+    ValueError for a torque-free body with two equal moments, because it has no separatrix. Also
+    raises ValueError for a torque-free body with a rotor, and for a moving support.
     """
     check_type("scene", scene, Scene)
     if scene._is_shaken or any(scene.turning):
@@ -288,7 +290,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 
 def _parse_terms(name: str, function: object) -> Terms:
-    """Return the terms of a sum of components."""
+    """Return the terms of a sum of state components."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
@@ -323,7 +325,7 @@ _INSTEAD = {
 
 
 def _component(word: str) -> int:
-    """Return the index of a component.
+    """Return the index of a state component.
 
     Raises ValueError if the component is unknown or has no Taylor series.
     """
@@ -343,7 +345,7 @@ def _component(word: str) -> int:
 
 
 def _parse_condition(where: Function | None) -> Terms:
-    """Return the terms of a condition, empty if there is none."""
+    """Return the terms of a condition; the list is empty if there is no condition."""
     condition = () if where is None else _parse_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
@@ -399,7 +401,7 @@ CoreEvents = list[
 
 
 def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Return the events as tuples, in the form of the core's arguments."""
+    """Return the events as tuples in the form that the core accepts."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
@@ -410,9 +412,9 @@ _NAMES = {component: name for name, component in components.items()}
 
 
 class EventRecord(TypedDict):
-    """An event in a checkpoint.
+    """An event as stored in a checkpoint.
 
-    Components are stored by name, because their indices depend on the build.
+    Components are stored by name, because their indices may differ between builds.
     """
 
     terms: list[tuple[float, str, str]]
@@ -424,7 +426,7 @@ class EventRecord(TypedDict):
 
 
 def to_record(event: Event) -> EventRecord:
-    """Return the record of an event for a checkpoint."""
+    """Return a record of an event, for storage in a checkpoint."""
     return {
         "terms": _terms_by_name(event.terms),
         "where": _terms_by_name(event.where),
@@ -440,7 +442,7 @@ def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
 
 
 def from_record(row: EventRecord) -> Event:
-    """Return the event that a record of a checkpoint describes.
+    """Return the event described by a record in a checkpoint.
 
     Raises KeyError, TypeError or ValueError if the record is invalid.
     """

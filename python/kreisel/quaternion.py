@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body to space.
+"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from body to space frame.
 
 If v contains the components of a vector along the axes of the body, then v_space = q v q* contains
 the components of the same vector along the axes of space.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """Return the product a b: the rotation b followed by the rotation a."""
+    """Return the product a b, which represents the rotation b followed by the rotation a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -33,7 +33,7 @@ def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
 
 
 def conjugate(q: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """Return the conjugate quaternion, which is the inverse rotation."""
+    """Return the conjugate quaternion, which represents the inverse rotation."""
     w, x, y, z = q
     return w, -x, -y, -z
 
@@ -43,7 +43,7 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q v q*: the space components of the vector with the body components `v`."""
+    """Return q v q*, the space-frame components of the vector with body-frame components `v`."""
     w, ux, uy, uz = q
     x, y, z = v
     c = _cross((ux, uy, uz), (x, y, z))
@@ -56,12 +56,12 @@ def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q* v q: the body components of the vector with the space components `v`."""
+    """Return q* v q, the body-frame components of the vector with space-frame components `v`."""
     return turn(conjugate(q), v)
 
 
 def from_xyzw(name: str, value: object) -> Quaternion:
-    """Return a quaternion (w, x, y, z) from four numbers in the order x, y, z, w."""
+    """Return a quaternion (w, x, y, z), given four numbers in the order x, y, z, w."""
     x, y, z, w = as_floats(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
@@ -69,7 +69,8 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 def from_rotation(rotation: Rotation) -> Quaternion:
     """Return the attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
 
-    Raises TypeError for an object without the method as_quat, and ValueError for several rotations.
+    Raises TypeError for an object that lacks the method as_quat, and ValueError for several
+    rotations.
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
@@ -82,11 +83,12 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 
 
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
-    """Return a unit quaternion (w, x, y, z) from four numbers or from a single scipy Rotation.
+    """Return a unit quaternion (w, x, y, z), given four numbers or a single SciPy Rotation.
 
-    If `last` is True, the numbers are given with the scalar last. The squared norm may differ from
-    1 by 1e-12. A quaternion in single precision may differ by its rounding error and is normalized
-    in double precision. Raises TypeError or ValueError for all other input.
+    If `last` is True, the scalar is the last of the four numbers. The squared norm may differ from
+    1 by at most 1e-12. A single-precision quaternion may differ from unit norm by its rounding
+    error, and is normalized in double precision. Raises TypeError or ValueError for all other
+    input.
     """
     if hasattr(given, "as_quat") and not last:
         return from_rotation(given)
@@ -108,11 +110,12 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
 
 
 def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return the angle of the rotation between two attitudes, between 0 and pi [rad].
+    """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
-    `a` and `b` have the shape (..., 4), scalar first, and are broadcast. The result has the common
-    shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|) is also accurate for
-    small angles. The result is 0 for q and -q, which are the same attitude.
+    `a` and `b` have the shape (..., 4), scalar first, and are broadcast against each other. The
+    result has the broadcast shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|)
+    is accurate for small angles, too. The result for q and -q is 0, because both represent the same
+    attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)
@@ -130,7 +133,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conventions() -> str:
-    """Return text that explains the order of components, frames and units, with an example."""
+    """Return text that explains the conventions for components, frames and units by an example."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (

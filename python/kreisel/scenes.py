@@ -1,8 +1,8 @@
-"""Named scenes; the mapping `about` contains a description of each.
+"""Named scenes; the mapping `about` contains a description of each scene.
 
 The report uses the scenes from `thesis` to `strong_gravity`. They are given in principal axes with
 mass and gravity 1, so that com equals the lever mass * gravity * com. The numbers in these scenes
-are equal, to the last bit, to those in validation/references/problems.json.
+are bitwise identical to those in validation/references/problems.json.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ def get_scene(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """Return the name of the scene in this module that equals `scene`, or '' if there is none."""
+    """Return the name of the scene in this module that equals `scene`, or '' if none does."""
     return next((name for name in about if get_scene(name) == scene), "")
 
 
 def __dir__() -> list[str]:
-    """List the scenes and the functions of this module."""
+    """List the names of the scenes and functions in this module."""
     return sorted([*about, "about", "get_scene", "name_of"])

@@ -16,12 +16,12 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def new_axes(width: float = 6.0, height: float = 4.0) -> Axes:
-    """Return axes in a new figure of the given size [in]."""
+    """Create a figure of the given size [in], and return its axes."""
     return Figure(figsize=(width, height), layout="constrained").add_subplot()
 
 
 def apply_style(chart: Axes) -> None:
-    """Set grid, frame, ticks and sizes of text of a chart."""
+    """Set the grid, frame, ticks and text sizes of a chart."""
     chart.grid(True, alpha=0.25, linewidth=0.6)
     chart.spines[["top", "right"]].set_visible(False)
     chart.tick_params(labelsize=8, length=3)
@@ -38,7 +38,7 @@ def apply_style(chart: Axes) -> None:
 def unit_label(name: str, dimension: str, time_unit: str) -> str:
     """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
 
-    The letter T of the dimension is replaced by the unit of time.
+    The letter T in the dimension is replaced by the unit of time.
     """
     if not dimension:
         return name
@@ -50,5 +50,5 @@ def unit_label(name: str, dimension: str, time_unit: str) -> str:
 
 
 def time_label(unit: str) -> str:
-    """Return the label of an axis of time."""
+    """Return the label of a time axis."""
     return unit_label("time", "T", unit)

@@ -1,4 +1,4 @@
-"""A chart of a section: a point for each state, coloured by top or by class of tops."""
+"""A chart of a section: one point per state, coloured by top or by class of motion."""
 
 from __future__ import annotations
 

@@ -24,10 +24,10 @@ _ROUND = 24  # flat sides that approximate a round tube
 def project(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return the coordinates of points along the directions right, up, and towards the eye.
+    """Return the components of points along three directions: right, up, and towards the viewer.
 
-    The eye is at the angle `elevation` above the horizontal plane, and at the angle `azimuth` about
-    the vertical [degrees].
+    The line of sight has the angle `elevation` to the horizontal plane, and the angle `azimuth`
+    about the vertical [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -36,7 +36,7 @@ def project(
 
 
 def check_axes(axes: object) -> Axes:
-    """Return `axes` if the argument is an Axes of matplotlib; raise TypeError otherwise."""
+    """Return `axes` if it is a matplotlib Axes; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
             "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
@@ -53,12 +53,12 @@ def draw_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces of a solid, an array of shape (n, 4, 3).
+    """Draw the faces of a solid; `corners` has the shape (n, 4, 3).
 
-    The corners of each face run counterclockwise if the face is viewed from outside.
-    Only faces towards the eye are drawn, the farthest first. The more a face is turned towards the
-    light, the brighter it is. `colour` is one colour for all faces, or an array with one row for
-    each face. `edge` is the width of the outlines of the faces [pt].
+    The corners of each face are listed counterclockwise as seen from outside. Only faces turned
+    towards the viewer are drawn, the most distant ones first. Faces turned towards the light are
+    drawn brighter. `colour` is either a single colour for all faces or an array with one row per
+    face. `edge` is the line width of the face outlines [pt].
     """
     x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
@@ -78,7 +78,7 @@ def draw_faces(
 
 
 def hide_axes(axes: Axes) -> None:
-    """Hide the frame and the ticks, and use the same scale in both directions."""
+    """Hide the frame and the ticks, and set an equal scale on both axes."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
@@ -96,9 +96,9 @@ def draw_tube(
 ) -> None:
     """Draw a tube of elliptical cross-section along a curve through n points.
 
-    The diameters of the ellipse have the ratio `section`, and are along the two unit vectors of
-    `normals`, an array of shape (n, 2, 3). The larger diameter is `thickness`, by default a
-    thirtieth of the extent of the curve.
+    The axes of the ellipse are parallel to the two unit vectors in `normals`, of shape (n, 2, 3);
+    their lengths have the ratio `section`. The major axis has the length `thickness`, by default
+    one thirtieth of the curve's extent.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
@@ -118,10 +118,10 @@ def draw_tube(
 def draw_scale(
     centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
 ) -> None:
-    """Mark the start of a curve, and draw a bar of known length below the curve.
+    """Mark the first point of a curve, and draw a scale bar below the curve.
 
-    The length of the bar is 1, 2 or 5 times a power of ten, at most a quarter of the extent of the
-    drawing.
+    The length of the bar is 1, 2 or 5 times a power of ten, and at most a quarter of the drawing's
+    extent.
     """
     ink = matplotlib.rcParams["text.color"]
     x, y, _ = project(centre, elevation, azimuth)
@@ -149,9 +149,9 @@ def draw_scale(
 
 
 def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
-    """Return the direction to the first point from the mean of the points within `reach`.
+    """Return the direction from the mean of all points within `reach` to the first point.
 
-    The direction is to the left if the first point coincides with this mean.
+    If the first point coincides with this mean, the direction points to the left.
     """
     near = np.hypot(x - x[0], y - y[0]) <= reach
     away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())
@@ -161,18 +161,18 @@ def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float,
 
 
 def _thickness_or_default(centre: Array, thickness: float | None) -> float:
-    """Return the given thickness, or a fraction of the extent of the centre line."""
+    """Return the given thickness or, by default, a fraction of the centre line's extent."""
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
 
 def _join_rims(rims: Array) -> Array:
-    """Return the faces that join each rim to the next, for n rims of k points."""
+    """Return the faces that connect consecutive rims, for n rims of k points each."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def parallel_normals(tangent: Array) -> Array:
-    """Return two unit normals at each point of a curve, which do not rotate about the curve."""
+    """Return two unit normals at each point of a curve, which do not twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -183,11 +183,11 @@ def parallel_normals(tangent: Array) -> Array:
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
-    """Return the half edges, centre and axes (rows) of a homogeneous cuboid with given moments.
+    """Return the half-edge lengths, centre and axes (rows) of a homogeneous cuboid.
 
-    `moments` are the principal moments at the fixed point. If no such cuboid exists, as for an
-    unphysical body, the mass is increased while mass * com stays the same. The mass that gives the
-    largest cuboid is chosen.
+    The cuboid has the principal moments of inertia `moments` about the fixed point. If no such
+    cuboid exists, as for an unphysical body, the mass is increased at constant mass * com. Among
+    all possible masses, the one that gives the largest cuboid is chosen.
     """
     best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:
@@ -213,7 +213,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the six faces of a cuboid and their colours; one face is bright."""
+    """Return the six faces of a cuboid and their colours; one face is brighter than the others."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -227,11 +227,11 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
 
 
 def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
-    """Return the faces of a body of revolution about the third axis, and their colours.
+    """Return the faces of a body of revolution about the third axis, together with their colours.
 
-    `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
-    `tip` is False, the body is this cylinder. If `tip` is True, the body is a spinning top of about
-    the same size that stands on the origin. A bright sector makes the rotation visible.
+    `radius` and `half` are the radius and half-length of a cylinder centred at `height`. If `tip`
+    is False, the body is this cylinder. If `tip` is True, the body is a spinning top of similar
+    size that stands on the origin. A bright sector makes the spin visible.
     """
     low = height - half
     if tip:
@@ -255,7 +255,7 @@ def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> 
 
 
 def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return points of a smooth curve (Catmull-Rom spline) through points (r, z), with r <= 1."""
+    """Return points on a smooth curve (a Catmull-Rom spline) through points (r, z) with r <= 1."""
     given = np.array(points)
     slopes = np.gradient(given, axis=0)
     u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
@@ -270,10 +270,10 @@ def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
-    """Return faces, in principal axes, and colours of a solid that represents a body.
+    """Return the faces of a solid that represents a body, in principal axes, and their colours.
 
-    The solid is a spinning top or a cylinder if the body is symmetric about its apex. The solid of
-    any other body is a cuboid.
+    A body that is symmetric about its apex is represented by a spinning top or a cylinder. Any
+    other body is represented by a cuboid.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

@@ -1,4 +1,4 @@
-"""A chart of the lines in the spectrum of a motion."""
+"""A chart of the spectral lines of a motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DECADES = 0.5  # empty part of the scale below the weakest and above the strong
 
 
 class Lines(Protocol):
-    """The frequencies of a motion, and the lines of its spectrum."""
+    """The fundamental frequencies of a motion, and its spectral lines."""
 
     @property
     def precession(self) -> float: ...
@@ -36,7 +36,7 @@ class Lines(Protocol):
 
 
 def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
-    """Draw the amplitude of each line over its frequency, and return the axes."""
+    """Plot the amplitude of each spectral line against its frequency, and return the axes."""
     chart = new_axes(6.4, 3.4) if axes is None else check_axes(axes)
     strengths = np.abs(spectrum.amplitudes)
     found = strengths > 0.0
@@ -64,7 +64,7 @@ def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
 
 
 def _label_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
-    """Label each line with its distance from the precession, in multiples of the nutation."""
+    """Label each line with its offset from the precession frequency in terms of the nutation."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:
         multiples = (lines - spectrum.precession) / spectrum.nutation

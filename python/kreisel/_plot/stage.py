@@ -1,6 +1,6 @@
-"""The surroundings of a moving body: a floor, the sphere of its apex, a stand and a soft shadow.
+"""The scenery around a moving body: a floor, the sphere of the apex, a stand and a soft shadow.
 
-The colours are those of the interactive viewer.
+The colours match those of the interactive viewer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_stage(axes: Axes, floor: float) -> None:
-    """Draw all parts that do not move, with the floor at the height `floor`."""
+    """Draw all stationary parts, with the floor at the height `floor`."""
     _set_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)
@@ -36,7 +36,7 @@ def draw_stage(axes: Axes, floor: float) -> None:
 
 
 def _set_limits(axes: Axes, floor: float) -> None:
-    """Set the limits of a square picture that contains the sphere and the floor at this height."""
+    """Set the axis limits of a square picture so that the sphere and the floor fit in it."""
     _, y, _ = project(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
     low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
     middle = 0.5 * (low + float(y[1]))
@@ -45,7 +45,7 @@ def _set_limits(axes: Axes, floor: float) -> None:
 
 
 def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw circles and spokes on the floor, which fade with the distance from the centre."""
+    """Draw circles and spokes on the floor that fade with distance from the centre."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
@@ -59,7 +59,7 @@ def _draw_floor(axes: Axes, height: float) -> None:
 
 
 def _draw_dome(axes: Axes, floor: float) -> None:
-    """Draw the outline of the unit sphere above the floor, and its intersection with the floor."""
+    """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     x, y = _directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
@@ -72,17 +72,17 @@ def _draw_dome(axes: Axes, floor: float) -> None:
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point and, if it is above the floor, a needle below it."""
+    """Draw the fixed point and, if the point is above the floor, a needle that supports it."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
 
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow on the floor of the faces with the given `corners`.
+    """Draw the shadow that the faces with the given `corners` cast on the floor.
 
-    The shadow is that of an extended light source. The shadow is sharp where the body is near the
-    floor, and soft where the body is higher.
+    The light source is extended, not a point. The shadow is therefore sharp where the body is close
+    to the floor, and blurred elsewhere.
     """
     above = corners[..., 2:] - floor
     outlines = []
@@ -99,7 +99,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
 
 
 def _join_faces(faces: Array) -> Outline:
-    """Return the faces as one path, whose filled area is the union of the faces."""
+    """Combine the faces into a single path whose filled area is their union, and return it."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     faces = faces[area > 0.0]  # faces away from the lamp cover the same area
@@ -113,6 +113,6 @@ def _directions(angle: Array) -> Array:
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Return the projections onto the picture of points on a horizontal plane."""
+    """Project points of a horizontal plane onto the picture, and return their coordinates."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project(lifted)[:2], axis=-1)

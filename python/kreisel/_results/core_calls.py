@@ -1,4 +1,4 @@
-"""Calls of the core that record the states of one scene, and the exception for a rejected scene."""
+"""Core calls that record the states of a single scene, and the exception for an invalid scene."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class Origin(NamedTuple):
-    """The time [T] at which the scene of a run starts, and the low words of its state or None.
+    """The time [T] of a run's initial state, and the low-order words of that state or None.
 
-    The time is 0 unless the run was pushed, reset or changed.
+    The time is 0 unless the run has been pushed, reset or changed.
     """
 
     begin: float = 0.0
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the origin as numbers for a JSON header, or None for the default origin."""
+        """Return the origin as numbers for a JSON header, or None if it is the default."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> Origin:
-        """Return the origin from numbers in a header. Raises TypeError or ValueError."""
+        """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -56,9 +56,10 @@ def record_states(
     progress: Progress | Work | None = None,
     origin: Origin = ORIGIN,
 ) -> CoreResult:
-    """Record the states at validated times.
+    """Record the states at times that have already been validated.
 
-    `progress` is either a function called with the time reached, or a Work that can stop the run.
+    `progress` is either a callback that receives the current time, or a Work object that can stop
+    the run.
     """
     begin, low = origin
     return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
@@ -67,10 +68,10 @@ def record_states(
 def record_unordered(
     scene: Scene, options: SolveOptions, times: Array, origin: Origin = ORIGIN
 ) -> CoreResult:
-    """Record the states at times in any order, before or after t = 0.
+    """Record the states at unordered times, which may be negative, zero or positive.
 
-    Negative and positive times need separate runs. If one of the runs fails, only the result of
-    this run is returned, with the states before the failure.
+    Negative and positive times are computed in separate runs. If one of these runs fails, only its
+    result is returned, which contains the states before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None
@@ -93,9 +94,9 @@ def record_unordered(
 def creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception for a top that the core cannot create.
+    """Return the exception for a top for which the core cannot create a run.
 
-    If `step` is too large, the message contains a smaller step that the core accepts.
+    If `step` is too large, the message suggests a smaller step that the core accepts.
     """
     if status == "ERR_METHOD" and has_torus(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")

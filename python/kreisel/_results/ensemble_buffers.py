@@ -1,4 +1,4 @@
-"""Buffers with one row per top of an ensemble in C order, and the core calls that fill them."""
+"""Buffers with one row per top of an ensemble, in C order, and the core calls that fill them."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class RawEvents(NamedTuple):
-    """Events of several tops, as columns of equal length e.
+    """Events of several tops, stored as columns of equal length e.
 
-    The columns are the row of the top, the state (8 numbers), its low words (8 numbers), and the
+    The columns are the row of the top, the state and its low-order words (8 numbers each), and the
     index and direction of the event.
     """
 
@@ -39,14 +39,14 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, with their column `top` set to `numbers`."""
+        """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
 class EnsembleBuffers:
-    """The results of n tops at k times each; results that were not requested are None or empty.
+    """The results of n tops at k times each; results that are not requested are None or empty.
 
     status, done   (n,) the code of the status, and the number of times with valid states
     counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
@@ -83,7 +83,7 @@ class EnsembleBuffers:
 
     @classmethod
     def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
-        """Return buffers for n tops at k times, with `out` as the array of states if given."""
+        """Return empty buffers for n tops at k times, using `out` for the states if given."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
             np.zeros(n, dtype=np.int64),
@@ -116,9 +116,9 @@ class EnsembleBuffers:
         return {name: array for name, array in arrays.items() if array is not None}
 
     def select_rows(self, which: Which) -> EnsembleBuffers:
-        """Return buffers with the rows that `which` selects.
+        """Return buffers that contain only the rows selected by `which`.
 
-        If `which` is a slice, the returned buffers share memory with these buffers.
+        If `which` is a slice, the arrays of the returned buffers are views.
         """
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
@@ -132,7 +132,7 @@ class EnsembleBuffers:
         return part
 
     def _events_of_rows(self, which: Which) -> list[RawEvents]:
-        """Return the events of the rows that `which` selects, with the rows renumbered from 0."""
+        """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -146,7 +146,7 @@ class EnsembleBuffers:
         return found
 
     def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy all results of `part`, a separate buffer, to the rows that start at `begin`."""
+        """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
         mine, columns = self._arrays(), self.columns
         for name, array in part._arrays().items():
@@ -156,7 +156,7 @@ class EnsembleBuffers:
         self.merge(begin, part)
 
     def merge(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, choices and events of `part`, whose first row has the index `begin`."""
+        """Add the failures, choices and events of `part`, whose first row has index `begin`."""
         if part is self:
             return
         if part.last:
@@ -181,9 +181,9 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble and writes to its buffers.
+    """A function that runs the tops begin..end of an ensemble and stores the results in buffers.
 
-    `is_native` is True if the core itself distributes the tops to threads.
+    `is_native` is True if the core itself distributes the tops over threads.
     """
 
     run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
@@ -199,10 +199,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several simultaneously in lanes, and return the rows of these tops.
+    """Run the tops begin..end, several at once in SIMD lanes, and return their rows.
 
-    The rows share memory with `buffers`. `work` can stop the run, and contains the number of
-    threads to which the core distributes the tops.
+    The rows are views of `buffers`. `work` can stop the run, and specifies the number of threads
+    that the core uses.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
     failed, last = Worker(*options.core, options.reductions_for_core, work).run(
@@ -222,9 +222,9 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one and return their rows, with events and tangents.
+    """Run the tops begin..end one at a time, and return their rows with events and tangents.
 
-    The arguments are those of run_lanes.
+    The arguments are the same as for run_lanes.
     """
     part = buffers.select_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
@@ -244,7 +244,7 @@ SCALAR = SliceRunner(run_scalar)
 
 
 def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
-    """Return the values of a quantity at all states, as an array of shape (n, k, ...)."""
+    """Return the values of a quantity for all states, as an array of shape (n, k, ...)."""
     assert buffers.states is not None
     n, k, _ = buffers.states.shape
     out = np.empty((n, k, *QUANTITIES[name].shape))
@@ -253,9 +253,9 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
 
 
 def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
-    """Return the derivatives of a quantity at all states, with shape (n, k, ..., c).
+    """Return the derivatives of a quantity for all states, as an array of shape (n, k, ..., c).
 
-    `bits` is the sum of the core's bits of the parameters.
+    `bits` is the sum of the core's bit flags for the parameters.
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape

@@ -1,4 +1,4 @@
-"""Paths of an ensemble: arrays that begin with its shape, and the path of each top."""
+"""Paths of an ensemble: arrays whose shape starts with the ensemble's, and one path per top."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 
 class Paths(EnsembleResult, QuantityAttributes):
-    """The motions of an ensemble of tops, at k times each.
+    """The motions of all tops in an ensemble, each at k times.
 
-    Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
-    access. The shape of an array is (*shape, k) followed by the shape of the quantity. For a failed
-    top, the values after its last valid state are NaN.
+    All arrays are read-only; t, q and m are views of `states`, and other quantities are computed on
+    first access. The shape of an array is (*shape, k) followed by the shape of the quantity. If a
+    top failed, its values after the last valid state are NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with
@@ -46,7 +46,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the paths store in addition to t; None: the paths store states."""
+        """The quantities stored in addition to t, or None if the paths store complete states."""
         return self._options.solve.want
 
     @property
@@ -121,7 +121,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._to_ensemble_shape(self._buffers.truncation)
 
     def derivative(self, quantity: QuantityName) -> Array:
-        """Return the derivatives of a quantity for all tops, with shape (*shape, k, ..., c).
+        """Return the derivatives of a quantity for all tops, in an array (*shape, k, ..., c).
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -129,14 +129,14 @@ class Paths(EnsembleResult, QuantityAttributes):
             >>> paths.derivative("apex").shape
             (2, 2, 3, 6)
 
-        Raises AttributeError if the paths have no tangents, and ValueError for an unknown name.
+        Raises AttributeError if the paths store no tangents, and ValueError for an unknown name.
         """
         self._tangents()
         name, bits = check_quantity(quantity), self._options.solve.tangent_bits
         return self._to_ensemble_shape(derivatives(name, self.tops, self._buffers, bits))
 
     def _tangents(self) -> Array:
-        """Return the tangents of all tops, or raise AttributeError if there are none."""
+        """Return the tangents of all tops; raise AttributeError if none are stored."""
         if self._buffers.tangents is None:
             hint = TANGENT_ATTRIBUTES["tangents"]
             raise AttributeError(f"these paths have no tangents: {hint}")
@@ -150,7 +150,7 @@ class Paths(EnsembleResult, QuantityAttributes):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError, with a hint for missing quantities and misspelled names."""
+            """Raise AttributeError, with a hint if a quantity is missing or its name misspelled."""
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
@@ -183,7 +183,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the path of one top, or the paths of several tops, with NumPy's indexing.
+        """Return the path of one top, or the paths of several tops, using NumPy indexing.
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -202,20 +202,20 @@ class Paths(EnsembleResult, QuantityAttributes):
         )
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """Return an xarray.Dataset with a variable for each quantity in `names`.
+        """Return an xarray.Dataset with one variable per quantity in `names`.
 
-        Without names, the Dataset has all quantities that the paths store. The dimensions are the
-        named dimensions of the ensemble, then time, then the dimensions of the quantity as in
-        Path.to_xarray. If each top has its own times, t is a coordinate along the dimensions of the
-        ensemble and time.
+        If no names are given, the Dataset contains all quantities that the paths store. The
+        dimensions are those of the ensemble, then time, then those of the quantity as in
+        Path.to_xarray. If each top has its own times, the coordinate t depends on the ensemble
+        dimensions and on time.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        Parameters that vary are coordinates, and so are `status` and `reached`. Everything else is
-        as in Path.to_xarray.
+        The parameters that vary, `status` and `reached` are stored as coordinates. In all other
+        respects, the Dataset is like that of Path.to_xarray.
         """
         from .ensemble_tables import dataset
 

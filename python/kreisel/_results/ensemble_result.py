@@ -1,4 +1,4 @@
-"""Results of an ensemble: the status, the time reached and the step counts of each top."""
+"""Results of an ensemble: the status, the final time and the step counts of each top."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _T = TypeVar("_T", bound=np.generic)
 class EnsembleResult(ReadOnlyArrays):
     """The results of all tops of an ensemble.
 
-    Arrays are read-only. The shape of each array begins with the shape of the ensemble.
+    Arrays are read-only. The shape of each array starts with the shape of the ensemble.
 
     tops  the ensemble
     """
@@ -84,7 +84,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._options.solve.digits
 
     def _to_ensemble_shape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return `rows`, which has one row per top, reshaped to begin with the ensemble's shape."""
+        """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -98,7 +98,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status(self) -> Codes:
         """(*shape) 0 for a top without failure, otherwise the code of its failure.
 
-        `status_names` contains the names of the codes, and `message` describes a failure.
+        `status_names` lists the names of the status codes, and `message` describes a failure.
         """
         return self._to_ensemble_shape(self._buffers.status)
 
@@ -106,7 +106,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        The names are those in kreisel.h, without the prefix.
+        The names are those of the constants in kreisel.h, without their prefix.
         """
         return self._to_ensemble_shape(np.array(STATUSES)[self._buffers.status])
 
@@ -114,7 +114,7 @@ class EnsembleResult(ReadOnlyArrays):
     def failed(self) -> npt.NDArray[np.intp]:
         """(f,) the indices of the tops that did not reach their last time.
 
-        The shape is (f, dimensions) unless the ensemble has exactly one dimension.
+        The shape is (f, dimensions), or (f,) if the ensemble has exactly one dimension.
         """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
@@ -150,7 +150,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._to_ensemble_shape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
+        """Return why the top at `index` failed, or 'success' if it did not fail."""
         i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
@@ -161,11 +161,11 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def check(self) -> Self:
-        """Return this result if all tops reached their last times.
+        """Return this result if every top reached its final time.
 
-        Raises kreisel.Error for the first top that did not reach its last time. The message of the
-        exception contains the index of this top and the number of failures. The exception's `.path`
-        is the path of this top, and its `.paths` is this result.
+        Raises kreisel.Error for the first top that did not reach its final time. The error message
+        states the index of this top and the number of failed tops. The `.path` of the exception is
+        the path of this top, and its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
@@ -173,7 +173,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _failure_exception(self, i: int) -> BaseException:
-        """Return the exception that a solve of the i-th top alone would raise."""
+        """Return the exception that would be raised if the i-th top were solved alone."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -182,7 +182,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops; `i` is the index of the first one."""
+        """Return the exception for `count` unfinished tops, the first of which has index `i`."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = (
@@ -195,7 +195,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return options for solving the i-th top alone and recording all its states."""
+        """Return options to solve the i-th top alone and record complete states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -203,7 +203,7 @@ class EnsembleResult(ReadOnlyArrays):
         return replace(options, want=None, error=None)
 
     def _member(self, i: int) -> Path:
-        """Return the path of the i-th top in C order.
+        """Return the path of the i-th top, counted in C order.
 
         If the top failed, the path ends with its last valid state.
         """
@@ -223,7 +223,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _tangent_data(self, i: int) -> TangentData:
-        """Return the tangents of the i-th top at its valid states."""
+        """Return the tangents at the valid states of the i-th top."""
         buffers, done = self._buffers, int(self._buffers.done[i])
         assert buffers.tangents is not None and buffers.truncation is not None
         high, low = buffers.tangents[i, :done], buffers.tangents_low
@@ -244,7 +244,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last_valid_state(self, i: int, path: Path) -> Path:
-        """Return the path of the i-th top, with its last valid state added if it is missing."""
+        """Return the path of the i-th top; append its last valid state if the path lacks it."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times_of_top(i)) or (len(path) and path.t[-1] == state[0, 0]):
@@ -264,7 +264,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _select_tops(self, key: Any) -> Self:
-        """Return the result of the tops that `key` selects."""
+        """Return the result for the tops selected by `key`."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
@@ -275,11 +275,11 @@ class EnsembleResult(ReadOnlyArrays):
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the result of one or several tops, with NumPy's indexing."""
+        """Return the result of one or several tops, using NumPy indexing."""
         raise NotImplementedError
 
     def _format_summary(self) -> str:
-        """Return text with the method, its parameters and the number of failures."""
+        """Return a summary of the method, its parameters and the number of failures."""
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
         controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         count = int(np.count_nonzero(self._buffers.status))
@@ -288,7 +288,7 @@ class EnsembleResult(ReadOnlyArrays):
 
 
 def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
-    """Return a copy of the path that stores `columns` instead of its states."""
+    """Return a copy of the path that stores `columns` in place of its states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

@@ -1,4 +1,4 @@
-"""Tables with units for xarray and pandas, from the results of an ensemble."""
+"""Tables of ensemble results, with units, for xarray and pandas."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
 def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
-    """Return a Dataset with the quantities in `rows` at all states."""
+    """Return a Dataset of the quantities in `rows` at all states."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
@@ -44,7 +44,7 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
 
 
 def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
-    """Return a Dataset with the reductions of all tops."""
+    """Return a Dataset of the reductions for all tops."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = reduced.tops.axes
@@ -73,7 +73,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
-    """Yield (name, values, unit) of a column for each component of the reductions."""
+    """Yield one column (name, values, unit) per component of the reductions."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _reductions_with_units(kept):
         kind = name.removeprefix(quantity.name)
@@ -84,7 +84,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield each reduction as (name, Quantity with unit and text, values)."""
+    """Yield each reduction as a triple: its name, a Quantity with unit and text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -101,7 +101,7 @@ def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array
 
 
 def _array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
-    """Return the dimensions of the components of a quantity, with their labels."""
+    """Return the names of a quantity's component dimensions, together with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 
@@ -116,7 +116,7 @@ def _run_attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return a variable for each parameter that varies, and variables `status` and `reached`."""
+    """Return a variable for each varying parameter, and the variables `status` and `reached`."""
     axes, rows = of.tops.axes, parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
@@ -129,7 +129,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
 
 
 def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
-    """Return a variable for each parameter that varies."""
+    """Return one variable for each parameter that varies."""
     axes = tops.axes
     rows: dict[str, Variable] = {}
     for word, values in tops.coords.items():
@@ -146,7 +146,7 @@ def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
 
 
 def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Return one value per top, from an array along the dimensions `dims`.
+    """Broadcast an array with the dimensions `dims` to all tops, and return one value per top.
 
     Vectors are returned as tuples.
     """

@@ -1,10 +1,11 @@
-"""Error estimates of paths, from a more precise reference run and the growth of rounding errors.
+"""Error estimates for paths, based on a more precise reference run and on rounding-error growth.
 
-The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
-magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. However, a
-closed form returns doubles, and treats a body that is integrable up to rounding errors as exactly
-integrable. A closed form is therefore used only for an exactly integrable body. In addition, the
-estimated error must be far above the rounding errors of the closed form.
+A Taylor series in 20-digit arithmetic is far more accurate than any run in double precision, even
+if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
+reference. However, closed forms are evaluated in double precision, and treat a body that is
+integrable up to rounding errors as exactly integrable. A closed form is therefore used only if the
+body is exactly integrable. In addition, the estimated error must be far larger than the rounding
+errors of the closed form.
 
 """
 
@@ -46,11 +47,11 @@ ROUNDINGS = 128
 
 
 def has_cheap_exact_form(scene: Scene) -> bool:
-    """Return True if the scene has a closed form that is exact for its body.
+    """Return True if the scene has a cheap closed form that is exact for its body.
 
-    A closed form is not exact if it treats almost equal moments as equal. The same holds if it
-    treats a centre of mass near a principal axis as on the axis. Closed forms of Kowalewski and
-    Goryachev-Chaplygin tops are not cheap, because their set-up takes a long time.
+    A closed form is not exact if it treats nearly equal moments of inertia as equal. Nor is it
+    exact if it treats a centre of mass near a principal axis as lying on that axis. Closed forms of
+    Kowalewski and Goryachev-Chaplygin tops are not cheap, because they take long to set up.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -74,9 +75,9 @@ def estimate_error(
 ) -> float:
     """Return an estimate of the attitude error [rad] of a path computed by `method` with `digits`.
 
-    `angle_to` returns the largest angle between the path and a second run with the given options.
-    `growth` returns the factor by which the motion magnifies a rounding error of the initial state.
-    The error is pi if nothing is known about the attitude.
+    `angle_to(options)` returns the largest angle between the path and a second run with these
+    options. `growth()` returns the factor by which the motion amplifies rounding errors in the
+    initial state. The returned error is pi if nothing is known about the attitude.
     """
     if not digits and method != EXACT and has_cheap_exact_form(scene):
         error = angle_to(CLOSED_FORM)
@@ -95,11 +96,11 @@ def estimate_error(
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
-    The changes are divided by the relative rounding error. With at most 16 digits, the unit of the
-    momentum's rounding error is the largest moment times a bound on the angular velocity. With more
-    digits, the core stores the momentum in components along the body's axes. A rounding error of
-    the attitude then also rotates the momentum, and each component has its own relative rounding
-    error.
+    Each change is divided by the relative rounding error. For at most 16 digits, the momentum's
+    rounding error is relative to the largest moment of inertia times a bound on the angular
+    velocity. For more digits, the core stores the components of the momentum along the axes of the
+    body. Rounding the attitude then also rotates the momentum, and each component has its own
+    relative rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
@@ -112,10 +113,11 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_rotations(scene: Scene) -> Array:
-    """Return the rotation vectors, in the body frame, that result from rounding the attitude.
+    """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
-    The core stores the attitude of the principal axes. Each component of this quaternion is a sum
-    of products, and each product has a rounding error in proportion to its own magnitude.
+    The core stores the attitude of the principal axes as a quaternion. Each component of this
+    quaternion is a sum of products, and the rounding error of each product is proportional to its
+    magnitude.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -137,14 +139,14 @@ def rounding_growth(
     progress: Progress | Work | None = None,
     origin: Origin = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Return a result of the core, and the largest growth of an initial rounding error.
+    """Return a core result, and the largest factor by which an initial rounding error is amplified.
 
-    The growth is the change of the attitude [rad] divided by the relative rounding error. The
-    estimate uses tangents of the Taylor series, whichever method computed the path. For at most 16
-    digits, the returned value is the largest growth of any single rounding error. With more digits,
-    the changes caused by all rounding errors are added as independent errors. The growth is
-    infinite if a tangent overflows. The result contains the states at which the growth was
-    computed. Some of these states are missing if the run fails.
+    This factor is the change of attitude [rad] divided by the relative rounding error. The estimate
+    is based on tangents from the Taylor series, regardless of the method that computed the path.
+    For at most 16 digits, the returned value is the largest amplification of any single rounding
+    error. For more digits, the effects of all rounding errors are combined as independent errors.
+    The amplification is infinite if a tangent overflows. The result contains the states at which
+    the amplification was evaluated. Some of these states are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -173,15 +175,15 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Return the largest angle between corresponding attitudes of two arrays [rad]."""
+    """Return the largest angle [rad] between corresponding attitudes in two arrays."""
     return float(angles_between(one, other).max())
 
 
 def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the angles between corresponding attitudes of two arrays [rad].
+    """Return the angles [rad] between corresponding attitudes in two arrays.
 
-    Each argument is a pair of arrays: n attitudes, and their low words. The attitudes are
-    subtracted before they are multiplied, which keeps all digits of small angles.
+    Each argument is a pair of arrays: n attitudes and their low-order words. The attitudes are
+    subtracted before they are multiplied, which preserves the relative accuracy of small angles.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)

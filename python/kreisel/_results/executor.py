@@ -1,4 +1,4 @@
-"""Execution of jobs by an executor, and of the slices of an ensemble by threads or an executor."""
+"""Execution of jobs by an executor, and of ensemble slices by threads or an executor."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Job = tuple[Callable[..., _R], tuple[Any, ...]]  # a function and its arguments
 
 
 def is_local(executor: Executor) -> bool:
-    """Return True if the workers of `executor` share the memory of this process."""
+    """Return True if the workers of `executor` share memory with this process."""
     return isinstance(executor, ThreadPoolExecutor)
 
 
@@ -37,12 +37,12 @@ def run_jobs(
     poll: Callable[[], object],
     stop: Callable[[], object],
 ) -> None:
-    """Run jobs, and pass the key and the future of each finished job to `collect`.
+    """Run jobs, and pass the key and future of each finished job to `collect`.
 
-    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called, which should end the
-    running jobs, and waiting jobs are cancelled. Finished jobs are passed to `collect`, and the
-    exception is raised again. After an exception, run_jobs waits for running jobs in threads, but
-    not for running jobs in other processes.
+    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called to end the running
+    jobs, and waiting jobs are cancelled. The results of finished jobs are then passed to `collect`,
+    and the exception is raised again. After an exception, run_jobs waits for jobs that run in
+    threads, but not for jobs in other processes.
     """
     running: dict[Future[_R], _K] = {}
 
@@ -74,7 +74,7 @@ def run_jobs(
 
 @dataclass
 class SliceTask(Generic[_R]):
-    """Work on the n members of an ensemble, done slice by slice.
+    """A task for the n members of an ensemble, which is performed slice by slice.
 
     job        a function that returns the job for the members begin..end
     collect    a function that receives the first index and the result of each slice
@@ -91,20 +91,20 @@ class SliceTask(Generic[_R]):
 
 
 class WorkerPool(NamedTuple):
-    """Threads of this process, or an executor that the user supplies instead."""
+    """A pool of workers: threads of this process, or an executor supplied by the user."""
 
     threads: int
     executor: Executor | None = None
 
     @property
     def is_remote(self) -> bool:
-        """True if the workers do not share the memory of this process."""
+        """True if the workers do not share memory with this process."""
         return self.executor is not None and not is_local(self.executor)
 
     def run(self, task: SliceTask[Any]) -> None:
-        """Run a task to its end.
+        """Run a task until it is complete.
 
-        Raises KeyboardInterrupt after Ctrl-C, and any exception that a job raises.
+        Raises KeyboardInterrupt after Ctrl-C, and re-raises any exception from a job.
         """
         threads = 1 if task.n <= LANES else self.threads
         if self.executor is not None:
@@ -126,7 +126,7 @@ class WorkerPool(NamedTuple):
 
 
 def _run_here(task: SliceTask[Any], threads: int) -> None:
-    """Run a task in the calling thread, which also checks for signals and reports progress."""
+    """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
     slices: Any = WorkerPool(1).slices(task.n)
     if task.is_native:
@@ -141,7 +141,7 @@ def _run_here(task: SliceTask[Any], threads: int) -> None:
 
 
 def _run_on(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
-    """Run a task with the workers of an executor."""
+    """Run a task on the workers of an executor."""
     done, last_call = 0, time.monotonic()
 
     def collect(part: tuple[int, int], future: Future[Any]) -> None:

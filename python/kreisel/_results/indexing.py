@@ -1,4 +1,4 @@
-"""Indices of the states of a path and of the members of an ensemble, and checks of times."""
+"""Indices of path states and of ensemble members, and validation of times."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
-    """Return an index as a slice or an array of indices below n.
+    """Convert an index to a slice or to an array of integers below n, and return it.
 
-    An integer becomes a slice of length 1. Raises TypeError or IndexError for an invalid index.
+    An integer is converted to a slice of length 1. Raises TypeError or IndexError for an invalid
+    index.
     """
     if isinstance(which, slice):
         return which
@@ -44,7 +45,7 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
     Raises ValueError for times outside the path.
 
-    `reached` contains the times of the path, and `begin` is the time at which its scene starts.
+    `reached` contains the times of the path, and `begin` is the time of the scene's initial state.
     """
     times = parse_time_list(t)
     low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
@@ -60,13 +61,13 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the indices in C order of the elements that `key` selects in an array of `shape`."""
+    """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
 def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the position in C order of the member that `key` selects; None for several members.
+    """Return the flat index of the member that `key` selects, or None if it selects several.
 
     `shape` is the shape of the ensemble.
     """

@@ -1,4 +1,4 @@
-"""Tables of an indicator of chaos with its verdicts, for pandas and xarray."""
+"""Tables of a chaos indicator and the resulting classification, for pandas and xarray."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def indicator_frame(indicator: Verdicts, tops: Ensemble | None) -> DataFrame:
 
 
 def indicator_dataset(indicator: Verdicts, tops: Ensemble | None) -> Dataset:
-    """Return a Dataset with the curve of each top along time, and the verdicts."""
+    """Return a Dataset with the indicator of each top over time, and the classification."""
     with optional_dependency(TABLES):
         import xarray as xr
     axes = () if tops is None else tops.axes

@@ -1,6 +1,7 @@
-"""Indicators of chaos, computed from the growth of one tangent of each top of an ensemble.
+"""Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The limits below were chosen by validation/studies/chaos_verdicts.py, which counts wrong verdicts.
+The limits below were determined by validation/studies/chaos_verdicts.py, which counts
+misclassifications.
 """
 
 from __future__ import annotations
@@ -53,9 +54,9 @@ CURVES: dict[str, Callable[[Array, Array], Array]] = {
 
 @dataclass(frozen=True, eq=False)
 class Indicator(ReadOnlyArrays):
-    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli.
+    """The result of kreisel.lyapunov, kreisel.megno or kreisel.oli.
 
-    Arrays are read-only. For a single scene, `shape` is ().
+    Arrays are read-only. For a single scene, `shape` is the empty tuple.
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator of the motion from the start to each time in `t`
@@ -70,7 +71,7 @@ class Indicator(ReadOnlyArrays):
                  pi divided by the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is
                  the largest moment
 
-    A notebook displays the picture of an indicator; see `plot`.
+    A notebook displays the indicator as a picture; see `plot`.
     """
 
     t: Array
@@ -89,7 +90,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The indicator at the last time: a float for a scene, an array for an ensemble."""
+        """The final value of the indicator: a float for a scene, an array for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
@@ -100,11 +101,11 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` above which a motion is called chaotic, 4.
+        """The value of `final_megno` above which a motion is classified as chaotic: 4.
 
-        MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the
-        Lyapunov exponent times t. All indicators therefore use MEGNO for the verdict. Source:
-        Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
+        MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
+        of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
+        Source: Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 
@@ -112,10 +113,10 @@ class Indicator(ReadOnlyArrays):
     def is_chaotic(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True for chaotic motion; a bool for one scene.
 
-        A motion is called chaotic if `final_megno` exceeds `threshold`. A motion that is not
-        chaotic has a Lyapunov exponent below about 2 * threshold / t. An initial state exactly on
-        an unstable steady or periodic motion has a positive exponent, and counts as chaotic. The
-        value is False for a failed top. See also `doubt`.
+        A motion is classified as chaotic if `final_megno` exceeds `threshold`. The Lyapunov
+        exponent of a motion classified as regular is below about 2 * threshold / t. A motion that
+        starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
+        classified as chaotic. The value is False for a failed top. See also `doubt`.
         """
         return _scalar_or_array(self.final_megno > THRESHOLD)
 
@@ -130,9 +131,10 @@ class Indicator(ReadOnlyArrays):
         - a value of `final_megno` between 2.5 and 8, which is near the threshold;
         - fewer than 100 turns, unless the motion is chaotic.
 
-        In a study of 1600 random tops, 536 of them chaotic, no regular top was classified as
-        chaotic without doubt. Some tops classified as regular without doubt were in fact chaotic.
-        Their share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 for 1000 turns.
+        In a study of 1600 random tops, 536 of them chaotic, no regular top was confidently
+        classified as chaotic. Some tops that were confidently classified as regular were in fact
+        chaotic. Their share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000
+        turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
@@ -148,7 +150,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Return the reasons for doubt in verdicts of runs that did not fail."""
+        """Return reasons why the classification is doubtful, for all runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),
@@ -167,22 +169,21 @@ class Indicator(ReadOnlyArrays):
         return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}; {counts}, {failed}>"
 
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
-        """Draw the indicator with matplotlib, and return the axes.
+        """Plot the indicator with matplotlib, and return the axes.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scenes are described, for the labels
 
-        The curve of each top over time is drawn for one scene and for an ensemble of one dimension.
-        The colours distinguish regular, chaotic and doubtful tops. A dashed line shows the
-        threshold of MEGNO. For an ensemble of two dimensions, the values at the last time are drawn
-        as a map, with a dot at each doubtful top. Values that are not positive are left out of
-        logarithmic scales.
+        For a scene or an ensemble with one dimension, one curve per top is plotted against time.
+        Colours distinguish regular, chaotic and doubtful motions. A dashed line marks the MEGNO
+        threshold. For an ensemble with two dimensions, the final values are drawn as a map, in
+        which dots mark doubtful tops. On logarithmic scales, nonpositive values are omitted.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()
             'time [s]'
 
-        Raises ValueError for ensembles of more than two dimensions, and ImportError if matplotlib
+        Raises ValueError for ensembles with more than two dimensions, and ImportError if matplotlib
         is not installed.
         """
         unit = as_unit("time_unit", time_unit)
@@ -198,7 +199,7 @@ class Indicator(ReadOnlyArrays):
         return draw_curves(self, axes, unit)
 
     def _repr_html_(self) -> str | None:
-        """Return the picture of the indicator, or None if it cannot be drawn."""
+        """Return the indicator as a picture, or None if it cannot be drawn."""
         if self.curve.ndim > 3 or not self.status.size:
             return None
         return display_picture(self.plot, repr(self))
@@ -206,9 +207,9 @@ class Indicator(ReadOnlyArrays):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        The columns are the parameters that vary, the value of the indicator under its name,
-        `final_megno`, `is_chaotic`, `doubt`, `certificate`, `turns` and `status`. `attrs` contains
-        the units. Raises ImportError if pandas is not installed.
+        The columns are the parameters that vary, the indicator under its own name, `final_megno`,
+        `is_chaotic`, `doubt`, `certificate`, `turns` and `status`. `attrs` contains the units.
+        Raises ImportError if pandas is not installed.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -220,10 +221,11 @@ class Indicator(ReadOnlyArrays):
         return indicator_frame(self, self._tops)
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with the curve and the verdict of each top.
+        """Return an xarray.Dataset with the indicator over time and the classification of each top.
 
-        The dimensions are the named dimensions of the ensemble, and time for the curve. Parameters
-        that vary are coordinates. Raises ImportError if xarray is not installed.
+        The dimensions are those of the ensemble; the indicator has time as an additional dimension.
+        The parameters that vary are stored as coordinates. Raises ImportError if xarray is not
+        installed.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])
@@ -236,7 +238,7 @@ class Indicator(ReadOnlyArrays):
 
 
 def _scalar_or_array(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
-    """Return a read-only array, or a Python scalar if there are no dimensions."""
+    """Return a read-only array, or a Python scalar if the array has no dimensions."""
     if values.ndim == 0:
         return values.item()
     values.flags.writeable = False
@@ -251,10 +253,10 @@ def compute_indicator(
     pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """Compute the indicator called `name` of all tops at validated times.
+    """Compute the indicator `name` for all tops at times that have already been validated.
 
-    `controls` contains tol, max_steps and the direction of the initial tangent. Raises
-    kreisel.Interrupted after Ctrl-C, with the results of the finished tops.
+    `controls` contains tol, max_steps and the direction of the initial tangent vector. Raises
+    kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
     """
     n, shape = tops.size, tops.shape
     curve, worst, megno = np.full((n, t.size), np.nan), np.full(n, np.nan), np.full(n, np.nan)
@@ -309,7 +311,7 @@ def _compute_rows(
 def _stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for the i-th top, with `indicator` as its `.paths`."""
+    """Return the exception for the i-th top, whose `.paths` is `indicator`."""
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
@@ -318,7 +320,7 @@ def _stop_error(
 
 
 def single_indicator(indicator: Indicator) -> Indicator:
-    """Return the indicator of a scene from that of an ensemble of one top."""
+    """Return the indicator of a single scene, given that of an ensemble with one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())
@@ -335,6 +337,6 @@ def single_indicator(indicator: Indicator) -> Indicator:
 
 
 def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the only top of the ensemble `tops` failed."""
+    """Raise kreisel.Error if the only top of `tops` failed."""
     if indicator.failed.size:
         raise _stop_error(Error, tops, 0, text, indicator)

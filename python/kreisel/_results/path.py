@@ -1,4 +1,4 @@
-"""Paths: the states of a run at the requested times, and quantities computed when accessed."""
+"""Paths: the states of a run at the requested times, and quantities computed on access."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ if TYPE_CHECKING:
 class Path(ReadOnlyArrays, Tables):
     """The motion of a scene at n times.
 
-    Arrays are read-only, but their copies are writeable. t, q and m are views of `states`; other
-    quantities are computed on first access. Vectors have their components in space unless stated
-    otherwise.
+    All arrays are read-only, but their copies are writeable; t, q and m are views of `states`, and
+    other quantities are computed on first access. Vectors are given by their components in the
+    space frame unless stated otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  the name of the method; the attributes step (negative: back in time), tol and digits
@@ -109,16 +109,17 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of the states [rad], estimated by a second run.
+        """The largest attitude error of all states [rad], estimated from a second run.
 
-        The second run is a closed form if one applies exactly and is precise enough. For other
-        paths, the second run is a Taylor series with 20 digits. It has 30 digits if the path was
-        solved with `digits`, or if a closed form differs too much from the series with 20 digits.
+        The second run is a closed form if one applies exactly and is sufficiently accurate.
+        Otherwise, the second run is a Taylor series in 20-digit arithmetic. The series uses 30
+        digits if `digits` was passed to solve, or if a closed form differs too much from the
+        20-digit series.
 
-        The error of a path with 30 digits is estimated from three runs with shorter steps and from
-        the growth of rounding errors. A path of method='geometric' may not store the attitude. The
-        value is then the largest error of the run that the step search accepted. The value is pi if
-        nothing is known about the attitude.
+        For a path computed with 30 digits, the error is estimated from three runs with shorter
+        steps and from the growth of rounding errors. A path computed with method='geometric' may
+        not store the attitude. In this case, the value is the largest error of the run that the
+        step search accepted. If nothing is known about the attitude, the value is pi.
         """
         if not len(self):
             return 0.0
@@ -138,7 +139,7 @@ class Path(ReadOnlyArrays, Tables):
     def _max_angle_to(self, second: SolveOptions) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
-        The low words of both paths are included.
+        The comparison includes the low-order words of both paths.
         """
         result = record_unordered(self.scene, second, self.t, self._origin)
         other = path_or_raise(self.scene, second, result, self._origin)
@@ -146,21 +147,21 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def plan(self) -> Plan:
-        """The kreisel.Plan of this path: what the solver used and left out, and why."""
+        """The kreisel.Plan of this path: what the solver used and omitted, and the reasons."""
         return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
     def events(self) -> Events:
-        """The events that occurred during the run; empty if none were requested."""
+        """The events that occurred during the run; empty if no events were requested."""
         if self._events is not None:
             return self._events
         none = np.empty(0, dtype=np.intc)
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path with the states of the same run at other times.
+        """Return a path that contains the states of the same run at the times `t`.
 
-        The states are bitwise equal to those of a call of kreisel.solve with these times.
+        The states are bitwise identical to those that kreisel.solve returns for these times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between
            the start and the end of the path [T]
@@ -170,13 +171,13 @@ class Path(ReadOnlyArrays, Tables):
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        The run is repeated from the start to the last of these times, but a closed form is
-        evaluated directly. The returned path has the quantities in `want`, but no events and no
-        tangents.
+        The run is repeated from its initial state to the last of these times, whereas a closed form
+        is evaluated directly. The returned path contains the quantities in `want`, but neither
+        events nor tangents.
 
-        Raises ValueError for times outside the path. Raises ValueError for a path of a
-        kreisel.ExactMap, which has no states between the steps of the method. Raises kreisel.Error
-        and kreisel.Interrupted in the same cases as kreisel.solve.
+        Raises ValueError for times outside the range of the path. Raises ValueError for the path of
+        a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
+        and kreisel.Interrupted under the same conditions as kreisel.solve.
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
@@ -190,10 +191,10 @@ class Path(ReadOnlyArrays, Tables):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: StateIndex) -> Path:
-        """Return a path with the selected states, without events.
+        """Return a path that contains the selected states, but no events.
 
-        An integer selects one state. A slice, a list of integers or a mask selects several states,
-        as in NumPy.
+        An integer selects a single state. A slice, a list of integers or a Boolean mask selects
+        several states, as in NumPy.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -209,7 +210,7 @@ class Path(ReadOnlyArrays, Tables):
         return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
-        """Return an iterator that yields each state as a path."""
+        """Return an iterator over the states, each of which is a path of length 1."""
         return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
@@ -218,18 +219,18 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def start_time(self) -> float:
-        """The time at which the scene of this path starts [T].
+        """The time of the initial state of `path.scene` [T].
 
-        The value is 0 unless the path belongs to a kreisel.Run that was pushed, reset or changed.
-        For such a run, the value is the time of the last change before the path.
+        The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
+        For such a run, the value is the time of the last change before the path begins.
         """
         return self._origin.begin
 
     def scene_at(self, i: int) -> Scene:
-        """Return the scene whose initial state, at t = 0, is state i of this path.
+        """Return a scene whose initial state, at t = 0, is the i-th state of this path.
 
-        The phase of a shaken support is its phase at the time of this state. Raises IndexError if
-        there is no such state.
+        The phase of a shaken support is set to the phase at the time of this state. Raises
+        IndexError if the path has no state with this index.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
         shaking = advance_shaking(self.scene.shaking, float(state[0]))
@@ -237,14 +238,14 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def end(self) -> Scene:
-        """The scene whose initial state, at t = 0, is the last state of this path.
+        """The scene whose initial state, at t = 0, is the final state of this path.
 
         Raises IndexError if the path has no states.
         """
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
-        """Return a copy of the path that stores only t and the quantities in `want`."""
+        """Return a copy of the path that contains only t and the quantities in `want`."""
         names = parse_want(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
@@ -259,11 +260,11 @@ class Path(ReadOnlyArrays, Tables):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path to a file that kreisel.load reads.
+        """Write the path to a file that can be read by kreisel.load.
 
         The file is replaced atomically. Raises OSError if the file cannot be written.
 
-        The file is an archive that numpy.load reads. Its entries are:
+        The file is an archive that can also be read by numpy.load. Its entries are:
 
         - t, q, m (and q_low, m_low), or t and the quantities in `want`;
         - scene, in TOML;
@@ -275,10 +276,10 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events in the form that path.save writes.
+        """The events in the form in which path.save writes them.
 
-        This form consists of a path of the states at the events, the indices of the events and
-        their directions.
+        This form consists of a path that contains the states at the events, and of the indices and
+        directions of the events.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -290,17 +291,17 @@ class Path(ReadOnlyArrays, Tables):
         degrees: bool = True,
         time_unit: str = "T",
     ) -> Picture:
-        """Draw this path as kreisel.plot does, and return the picture."""
+        """Draw this path in the same way as kreisel.plot, and return the picture."""
         from .._plot.charts import plot_paths
 
         events = self.events.path if len(self.events) else None
         return plot_paths([(self, events)], axes, degrees, time_unit)
 
     def _repr_html_(self) -> str | None:
-        """Return the picture of this path, which notebooks display.
+        """Return this path as a picture for display in notebooks.
 
-        Returns None if matplotlib is missing, if the path has no states or too many states, or if
-        it lacks quantities that are drawn. The notebook then displays the repr.
+        Returns None if matplotlib is not installed, if the path has no or too many states, or if it
+        lacks quantities that the picture needs. In this case, the notebook displays the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -317,14 +318,14 @@ class Path(ReadOnlyArrays, Tables):
         size: int = 480,
         time_unit: str | None = None,
     ) -> Film:
-        """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
+        """Return an animation of the body with the trace of its apex, drawn with matplotlib.
 
-        A notebook displays the film, and the film can be written to a file. A body that is
-        symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
-        proportions of the drawn body follow from the moments of inertia. The centre of the drawn
-        body lies on the line through the fixed point and the centre of mass. The floor is below all
-        positions of the body, and shows the shadow of the body. The camera sees the initial tilt
-        from the side.
+        The animation can be displayed in a notebook or saved to a file. A body that is symmetric
+        about its apex is drawn as a body of revolution, and any other body as a cuboid. The
+        proportions of the drawn body are derived from the moments of inertia. The centre of the
+        drawn body is on the line through the fixed point and the centre of mass. The floor is below
+        the lowest position of the body, and shows the shadow of the body. The camera views the
+        initial tilt from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -339,10 +340,10 @@ class Path(ReadOnlyArrays, Tables):
             >>> path.animate(fps=5, size=120)
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
-        Frames are evenly spaced in time, independently of the times of the path. The states of the
-        frames are computed by `path(t)`, and the exceptions of `path(t)` are raised. Raises
-        ValueError for a path without duration and for more than 2**28 pixels in total, OSError if
-        the file cannot be written.
+        The frames are evenly spaced in time, regardless of the times of the path. The states in the
+        frames are computed by calling `path(t)`, which may raise exceptions. Raises ValueError for
+        a path without duration and for more than 2**28 pixels in total, OSError if the file cannot
+        be written.
         """
         from .._plot.film import make_film
 
@@ -382,7 +383,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """Exception for a run that ended before its last requested time.
+    """Base class of exceptions for runs that end before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -402,22 +403,23 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a failed run; `.path` contains the states reached, and `.status` the reason."""
+    """Exception for a failed run; `.path` contains the computed states, `.status` the reason."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Exception for Ctrl-C during a run; `.path` contains the states reached."""
+    """Exception for a run interrupted by Ctrl-C; `.path` contains the computed states."""
 
     __module__ = "kreisel"
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception that corresponds to the status of a run.
+    """Return the exception for the status with which a run ended.
 
-    The exception is a RunStop with the path if the run failed or was interrupted, otherwise an
-    exception for invalid input. `where` is a text about the time that the run reached.
+    If the run failed or was interrupted, the exception is a RunStop that contains the path;
+    otherwise it reports invalid input. `where` is a message text that states the time reached by
+    the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -432,7 +434,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 def make_path(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
 ) -> Path:
-    """Return a path with all states in `result`, a result of the core."""
+    """Return a path that contains all states in `result`, a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.path_options
@@ -442,9 +444,9 @@ def make_path(
 def path_or_raise(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
 ) -> Path:
-    """Return a path from a result of the core, with only the quantities in `options.want`.
+    """Return a path built from a core result, limited to the quantities in `options.want`.
 
-    If the status of the result is not 'OK', raises the exception that stop_exception returns.
+    If the status of the result is not 'OK', the exception given by stop_exception is raised.
     """
     path = drop_unwanted(make_path(scene, options, result, origin), options.want, result[-1])
     if result[0] != "OK":
@@ -453,10 +455,10 @@ def path_or_raise(
 
 
 def drop_unwanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """Return a copy of the path with only t and the quantities in `want`.
+    """Return a copy of the path that contains only t and the quantities in `want`.
 
-    If `want` is None, return the path itself. If Ctrl-C interrupts the computation of the
-    quantities, the computation is repeated. kreisel.Interrupted is then raised with the complete
+    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of the
+    quantities, the computation is repeated, and kreisel.Interrupted is raised with the complete
     path. `end` is the last requested time.
     """
     if want is None:
@@ -469,6 +471,6 @@ def drop_unwanted(path: Path, want: tuple[QuantityName, ...] | None, end: float)
 
 
 def progress_text(path: Path, end: float) -> str:
-    """Return text with the time that a path reached, and the last requested time `end`."""
+    """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

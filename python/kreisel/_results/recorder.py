@@ -1,6 +1,7 @@
-"""Recording of the path of one scene from the results of the core.
+"""Recording of the path of a single scene from results of the core.
 
-If only some quantities are wanted, they are computed chunk by chunk, and the states are discarded.
+If only some quantities are requested, they are computed chunk by chunk, and the states are
+discarded.
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 def record_path(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
-    """Return the path of a scene at validated times."""
+    """Return the path of a scene at times that have already been validated."""
     result = record_states(scene, options, times, progress)
     return report_end(path_or_raise(scene, options, result), progress)
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:
-    """Call `progress` with the last time of `path`, and return `path`."""
+    """Call the callback `progress` with the last time of `path`, and return `path`."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
 def add_events(path: Path, met: CoreEvents) -> Path:
-    """Return a copy of `path` with the events `met`.
+    """Return a copy of `path` that contains the recorded events `met`.
 
-    `met` contains the states at the events, the low words of the states, and the indices and
+    `met` consists of the states at the events, their low-order words, and the indices and
     directions of the events.
     """
     states, low, which, direction = met
@@ -50,7 +51,7 @@ def add_events(path: Path, met: CoreEvents) -> Path:
 
 
 def _join_events(met: list[Events]) -> Events:
-    """Join the events of consecutive paths."""
+    """Concatenate the events of consecutive paths, and return the result."""
     states = np.concatenate([one.states for one in met])
     low = np.concatenate([low for one in met if (low := one.path._low) is not None])
     path = replace(met[-1].path, states=states, _low=low)
@@ -59,7 +60,7 @@ def _join_events(met: list[Events]) -> Events:
 
 
 class ColumnRecorder:
-    """A recorder of the quantities of n states and of their events, filled chunk by chunk."""
+    """A recorder for the quantities and events of n states, which is filled chunk by chunk."""
 
     def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
@@ -67,7 +68,7 @@ class ColumnRecorder:
         self._events: list[Events] = []
 
     def add(self, part: Path) -> None:
-        """Append the quantities and events of `part`, a path of the next states."""
+        """Append the quantities and events of `part`, a path that contains the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:
@@ -78,7 +79,7 @@ class ColumnRecorder:
             self._events.append(part._events)
 
     def path(self, last: Path) -> Path:
-        """Return the path with the recorded columns and events, and the other data of `last`."""
+        """Return a path with the recorded columns and events; the other data are from `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
@@ -93,10 +94,10 @@ def record_chunks(
     record: Callable[[Array], tuple[str, Path]],
     has_ended: Callable[[], bool],
 ) -> tuple[str, Path]:
-    """Record the quantities in `want` chunk by chunk, and return the status and the path.
+    """Record the quantities in `want` chunk by chunk, and return the status and path of the run.
 
-    The first state is recorded as a separate chunk, so that a path can be returned if Ctrl-C occurs
-    between two chunks.
+    The first state is recorded as a separate chunk, so that a path exists if Ctrl-C interrupts the
+    run between two chunks.
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])

@@ -1,4 +1,4 @@
-"""Reductions of the path of each top of an ensemble, such as minimum, maximum and mean."""
+"""Reductions over the path of each top in an ensemble, such as the minimum, maximum and mean."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class Reductions(EnsembleResult):
-    """The result of kreisel.reduce: a mapping from names of quantities to mappings of arrays.
+    """The result of kreisel.reduce: a mapping from quantity names to mappings of arrays.
 
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
-    'where_max'. The arrays are read-only. The shape of an array is that of the ensemble, followed
-    by that of the quantity. The values of a failed top are NaN. The variance is the mean squared
-    deviation from the mean over the recorded states. The values of where_min and where_max are the
-    first times at which the minimum and the maximum occur [T].
+    'where_max'. The arrays are read-only. The shape of each array is the shape of the ensemble,
+    followed by that of the quantity. If a top failed, its values are NaN. The variance is the mean
+    squared deviation of the recorded values from their mean. where_min and where_max are the first
+    times [T] at which the minimum and the maximum are attained.
 
     tops  the ensemble
 
@@ -42,7 +42,7 @@ class Reductions(EnsembleResult):
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
     def _kinds_by_quantity(self) -> dict[str, list[str]]:
-        """Return a mapping from the name of each quantity to its kinds of reduction."""
+        """Return a mapping from each quantity name to the kinds of its reductions."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])
@@ -63,9 +63,10 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
+        """Return the reductions of the quantity `key`, or those of the tops selected by `key`.
 
-        The reductions of a quantity are a mapping from the kind of reduction to an array.
+        The reductions of a quantity are a mapping from the kind of reduction, such as 'min', to an
+        array.
         """
         if isinstance(key, str):
             names = self._kinds_by_quantity()
@@ -90,23 +91,23 @@ class Reductions(EnsembleResult):
         return name in self._kinds_by_quantity()
 
     def keys(self) -> KeysView[str]:
-        """Return the names of the quantities."""
+        """Return the quantity names."""
         return self._kinds_by_quantity().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
-        """Return pairs of a quantity's name and a dictionary {kind of reduction: array}."""
+        """Return pairs of a quantity name and a dictionary {kind of reduction: array}."""
         return {name: self[name] for name in self}.items()
 
     def values(self) -> ValuesView[dict[str, Array]]:
-        """Return a dictionary {kind of reduction: array} for each quantity."""
+        """Return, for each quantity, a dictionary {kind of reduction: array}."""
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with a variable such as nutation_max for each reduction.
+        """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
 
-        Variables have units. The dimensions are the named dimensions of the ensemble. Parameters
-        that vary are coordinates, and so are `status` and `reached`. Raises ImportError if xarray
-        is not installed.
+        Variables have units. The dimensions of the Dataset are those of the ensemble. The
+        parameters that vary, `status` and `reached` are stored as coordinates. Raises ImportError
+        if xarray is not installed.
         """
         from .ensemble_tables import reduction_dataset
 
@@ -115,9 +116,8 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        The table has a column such as nutation_max or apex_z_mean for each reduction of a
-        component.
-        Parameters that vary are columns, and so are `status` and `reached`. `attrs` contains the
+        There is one column per reduced component, such as nutation_max or apex_z_mean. The
+        parameters that vary, `status` and `reached` are stored as columns. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import reduction_frame

@@ -1,4 +1,4 @@
-"""Runs of an ensemble: threads or an executor run slices of tops, and results are collected."""
+"""Runs of an ensemble: slices of tops are run by threads or an executor, and results collected."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Run all tops to the validated times `t`, and return the result.
+    """Run all tops up to the validated times `t`, and return the result.
 
-    Raises kreisel.Interrupted after Ctrl-C, with the results so far.
+    Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
     n = tops.size
     buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
@@ -61,7 +61,7 @@ def run_ensemble(
 def run_slice_remote(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Run the tops of a slice in a worker process, and return their buffers."""
+    """Run a slice of tops in a worker process, and return the buffers that contain the results."""
     buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

@@ -1,4 +1,4 @@
-"""The attitudes of a path as rotations of SciPy."""
+"""The attitudes of a path as SciPy rotations."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that can be applied to read-only arrays, such as those of a path.
+    """Rotations that can be applied to read-only arrays, such as the arrays of a path.
 
-    SciPy 1.17 rejects read-only arrays. Inverses, products and selections of these rotations accept
-    read-only arrays, too.
+    Without this class, SciPy 1.17 raises an exception for read-only arrays. Inverses, products and
+    subsets of these rotations accept read-only arrays as well.
     """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:

@@ -1,4 +1,4 @@
-"""Sections: the states of each top of an ensemble at the occurrences of an event."""
+"""Poincaré sections: the states of each top in an ensemble at the occurrences of an event."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _DRAWABLE = (TIME, *QUANTITIES.values())
 
 
 class Section(EnsembleResult, QuantityAttributes):
-    """The states of each top of an ensemble at the occurrences of an event, from kreisel.section.
+    """The states of each top in an ensemble at the occurrences of an event, from kreisel.section.
 
-    The arrays have one row for each of the e states, sorted by top, and by time within a top.
-    Arrays are read-only; quantities other than t, q and m are computed on first access.
+    Each array has one row for each of the e states, sorted by top and, for each top, by time. All
+    arrays are read-only; quantities other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
@@ -58,7 +58,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def max_wait(self) -> Array:
         """(*shape) the longest allowed time from the start, or an event, to the next event [T].
 
-        The times are negative if the section goes back in time.
+        The times are negative if the section is computed backwards in time.
         """
         return self._to_ensemble_shape(self._t[:, 0].copy())
 
@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Return the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
+        """Select the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
@@ -76,7 +76,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def top(self) -> Counts:
         """(e,) the index of the top of each state.
 
-        The shape is (e, dimensions) unless the ensemble has exactly one dimension.
+        The shape is (e, dimensions), or (e,) if the ensemble has exactly one dimension.
         """
         row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
@@ -115,7 +115,7 @@ class Section(EnsembleResult, QuantityAttributes):
         degrees: bool = True,
         time_unit: str = "T",
     ) -> Axes:
-        """Draw a point for each state of the section with matplotlib, and return the axes.
+        """Plot each state of the section as a point with matplotlib, and return the axes.
 
         axes       the axes to draw in; default: a new figure
         x, y       the names of the components to draw, as in path.to_pandas, or "t". A section over
@@ -131,7 +131,7 @@ class Section(EnsembleResult, QuantityAttributes):
             >>> axes.get_xlabel(), axes.get_ylabel()
             ('spin angle [°]', 'apex z')
 
-        Raises ValueError for an unknown name and for an indicator of another shape, and ImportError
+        Raises ValueError for an unknown name or an indicator of a different shape, and ImportError
         if matplotlib is not installed.
         """
         if indicator is not None:
@@ -155,7 +155,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def _values_and_label(
         self, axis: str, name: str, degrees: bool, unit: str
     ) -> tuple[Array, str]:
-        """Return the values of the component called `name`, and the label of its axis."""
+        """Return the values of the component `name`, together with the label of its axis."""
         if not isinstance(name, str):
             raise TypeError(f"{axis} must be the name of a component, not {short_repr(name)}")
         known = {part: quantity for quantity in _DRAWABLE for part in quantity.components}
@@ -172,13 +172,13 @@ class Section(EnsembleResult, QuantityAttributes):
         return column, unit_label(name.replace("_", " "), dimension, unit)
 
     def _repr_html_(self) -> str | None:
-        """Return the picture of the section, or None if there is nothing to draw."""
+        """Return the section as a picture, or None if there is nothing to draw."""
         return display_picture(self.plot, repr(self)) if len(self.states) else None
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError, with a hint for misspelled names."""
+            """Raise AttributeError, with a suggestion if the name is misspelled."""
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
@@ -197,7 +197,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return stop_exception(name, self._member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the path of one top, or the section of several tops, with NumPy's indexing.
+        """Return the path of one top, or the section of several tops, using NumPy indexing.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -228,9 +228,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the section states of the tops begin..end, and return the rows of these tops.
+    """Search for the section states of the tops begin..end, and return the rows that contain them.
 
-    Row i of `t` contains the longest time that top i waits for an event, repeated n times.
+    Row i of `t` contains the maximum waiting time for the events of top i, repeated n times.
     """
     part = buffers.select_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None

@@ -1,4 +1,4 @@
-"""Serialization of paths. An archive holds a header in JSON, a scene in TOML, and arrays."""
+"""Serialization of paths. An archive consists of a JSON header, a scene in TOML, and arrays."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MET = "which", "direction"
 
 
 class PathRecord(NamedTuple):
-    """The fields of a kreisel.Path, in the order of its constructor's parameters."""
+    """The fields of a kreisel.Path, in the order of the constructor's parameters."""
 
     scene: Scene
     states: Array
@@ -52,7 +52,7 @@ EventArrays = tuple[States, Integers, Integers]  # states at the events, indices
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return the archive of a path and of its events `met`, as bytes."""
+    """Return an archive of a path and of its recorded events `met`, as bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -93,10 +93,10 @@ def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
-    """Return the path in a file of `size` bytes, and its events or None.
+    """Read a path from a file of `size` bytes, and return it with its events or None.
 
-    The events are returned as a path of the states at the events, the events' indices and their
-    directions. Raises ValueError if the file is not an archive written by dump_path.
+    The events consist of a path that contains the states at the events, and of the indices and
+    directions of the events. Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
@@ -127,7 +127,7 @@ def _require_table(value: object) -> dict[str, object]:
 
 
 def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
-    """Return a path without arrays, from the JSON object `head` in the archive's header.
+    """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
     """
@@ -147,7 +147,7 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
-    """Return the choice of method='geometric', parsed from the JSON object `words` in the header.
+    """Return the step chosen by method='geometric', parsed from the JSON object `words`.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
     """
@@ -161,7 +161,7 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
 
 
 def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
-    """Return the tangents of `n` states, read from an archive."""
+    """Read the tangents of `n` states from an archive, and return them."""
     words = _require_table(head)
     by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
@@ -174,7 +174,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
 ) -> PathRecord:
-    """Return `words` with the arrays of the archive whose names begin with `prefix`."""
+    """Return `words` with all arrays of the archive whose names start with `prefix` added."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")

@@ -1,4 +1,4 @@
-"""The n states of a path, and quantities computed from them when accessed."""
+"""The n states of a path, and quantities that are computed from them on access."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "stat
 
 
 class Stats(NamedTuple):
-    """The numbers of steps, rejected steps, torque evaluations and solver iterations of a run."""
+    """The numbers of steps, rejected steps, torque evaluations and solver iterations in a run."""
 
     steps: int
     rejected: int
@@ -54,7 +54,7 @@ class Stats(NamedTuple):
 
 
 class States(QuantityAttributes):
-    """The quantities of a kreisel.Path, each as an attribute."""
+    """The quantities of a kreisel.Path as attributes."""
 
     scene: Scene
     states: Array  # not set if the path has _columns
@@ -74,27 +74,27 @@ class States(QuantityAttributes):
 
     @property
     def step(self) -> float | None:
-        """The step used [T], negative if the path goes back in time.
+        """The step size used [T]; negative if the path runs backwards in time.
 
-        The value is None for a method that has no step, or that chose its steps itself.
+        The value is None if the method has no step size, or if it chose the step size itself.
         """
         return self._options.step_with_sign(self._is_back)
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used; None if the method has no tolerance or chose it itself."""
+        """The tolerance used, or None if the method has no tolerance or chose it itself."""
         return self._options.tol
 
     @property
     def digits(self) -> int | None:
-        """The number of digits used; None if it was not given."""
+        """The number of digits requested; None if `digits` was not given."""
         return self._options.digits
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the path stores besides t.
+        """The quantities that the path stores in addition to t.
 
-        None means that the path stores the states, from which all quantities can be computed.
+        If the value is None, the path stores the states, from which all quantities can be computed.
         """
         return self._options.want
 
@@ -102,7 +102,7 @@ class States(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of the attributes, except quantities that are not in `want`."""
+        """Return the names of all attributes except the quantities that `want` excludes."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -118,9 +118,9 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint.
+            """Raise AttributeError with a suggestion.
 
-            Quantities are class attributes, which add_quantities adds.
+            Quantities are class attributes, which are set by add_quantities.
             """
             if name.startswith("__"):
                 raise AttributeError(name)
@@ -165,7 +165,7 @@ class States(QuantityAttributes):
     def q_low(self) -> Array:
         """(n, 4) low words of q: the sum q + q_low has the requested digits.
 
-        The low words are zero if at most 16 digits were requested.
+        The low-order words are zero if at most 16 digits were requested.
         """
         return self._low_words("q")
 
@@ -185,15 +185,15 @@ class States(QuantityAttributes):
     def tangents(self) -> Array:
         """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows are changes of attitude, as rotation vectors in the body frame [rad].
-        The other three rows are changes of momentum in space [M L^2 T^-1].
+        The first three rows are changes of attitude, expressed as rotation vectors in the body
+        frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
 
-        With "start", the first six columns are the derivatives with respect to the initial state;
-        at t = 0 they form the identity matrix. The next columns are the requested derivatives with
-        respect to parameters of the scene, in this order: the moments (3), the centre of mass (3),
-        gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. Centre of mass
-        and rotor have components along the principal axes. Each column is the change per unit of
-        its parameter, at constant initial momentum.
+        If "start" is requested, the first six columns are the derivatives with respect to the
+        initial state; at t = 0 they form an identity matrix. They are followed by the requested
+        derivatives with respect to scene parameters, in this order: the moments (3), the centre of
+        mass (3), gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The
+        centre of mass and the rotor are given by their components along the principal axes. Each
+        column contains the change per unit change of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 
@@ -201,7 +201,7 @@ class States(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        The low words are zero if at most 16 digits were requested.
+        The low-order words are zero if at most 16 digits were requested.
         """
         return self._tangents().low
 
@@ -209,12 +209,12 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The error is estimated by the largest last term of the Taylor series of the tangents. The
-        steps are chosen for the accuracy of the path, not of the tangents.
+        The estimate is the magnitude of the largest final term in the Taylor series of the
+        tangents. The steps are chosen for the accuracy of the path, not for that of the tangents.
 
-        For a kreisel.ExactTorus, the error is the largest difference between tangents of orders 6
-        and 8. This difference is relative to the tangent or, for a small tangent, to the magnitude
-        of the state.
+        For a kreisel.ExactTorus, the estimate is the largest difference between the tangents of
+        orders 6 and 8. This difference is relative to the magnitude of the tangent or, if the
+        tangent is small, to that of the state.
         """
         return self._tangents().truncation
 
@@ -222,24 +222,25 @@ class States(QuantityAttributes):
     def conditioning(self) -> Array:
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
-        Each number is rounded once, with the relative error 2^-53. Raises AttributeError unless the
-        path has the tangents with respect to all nonzero parameters.
+        Each number is rounded once, with a relative error of at most 2^-53. Raises AttributeError
+        unless the path stores the tangents with respect to every nonzero parameter.
         """
         return self._tangents().conditioning(self.scene)
 
     def derivative(self, quantity: QuantityName) -> Array:
-        """Return the derivatives of a quantity, if solve was called with `tangents`.
+        """Return the derivatives of a quantity; `tangents` must have been passed to solve.
 
-        The array has the shape (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
-        `frame`. Its last dimension corresponds to the columns of `path.tangents`. The derivatives
-        of q are rotation vectors in the body frame [rad], with shape (n, 3, c). Angles change
-        without jumps.
+        The shape of the array is (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
+        `frame`. The last dimension corresponds to the columns of `path.tangents`. The derivatives
+        of q are expressed as rotation vectors in the body frame [rad], with shape (n, 3, c). Angles
+        change without jumps.
 
-        Derivatives that do not exist are NaN. The derivatives of Euler's angles do not exist if the
-        apex is vertical. Derivatives with respect to com do not exist if com is zero and the
-        quantity depends on the apex. The derivatives of `kowalewski` and `goryachev_chaplygin` are
-        NaN for parameters that change the kind of the body. These are the moments, and com along
-        the axis of the unequal moment.
+        Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
+        the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
+        quantity depends on the direction of the apex. The derivatives of `kowalewski` and
+        `goryachev_chaplygin` are NaN for parameters whose variation destroys the integrability of
+        the body. These parameters are the moments of inertia, and the component of com along the
+        axis of the unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -248,7 +249,7 @@ class States(QuantityAttributes):
 
         quantity  the name of a quantity, except t and the low words
 
-        Raises AttributeError if the path has no tangents, and ValueError for an unknown name.
+        Raises AttributeError if the path stores no tangents, and ValueError for an unknown name.
         """
         if self._tangent_data is None:
             hint = TANGENT_ATTRIBUTES["derivative"]
@@ -264,7 +265,7 @@ class States(QuantityAttributes):
 
     @property
     def rotation(self) -> Rotation:
-        """The attitudes as one scipy.spatial.transform.Rotation.
+        """The attitudes as a single scipy.spatial.transform.Rotation.
 
         Raises ImportError if SciPy is not installed.
         """
@@ -276,8 +277,8 @@ class States(QuantityAttributes):
     def inertial_velocity(self) -> Array:
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
-        The velocity is relative to the inertial frame, with components in the body frame. The
-        velocity differs from `body_velocity` only on a turning support.
+        The angular velocity is relative to the inertial frame, with components in the body frame.
+        It differs from `body_velocity` only if the support turns.
         """
         if not any(self.scene.turning):
             return self.body_velocity
@@ -285,11 +286,11 @@ class States(QuantityAttributes):
         return read_only(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
-        """Return the values that an accelerometer at a point of the body measures [L T^-2].
+        """Return the readings of an accelerometer at a given point of the body [L T^-2].
 
-        The result is the acceleration of the point minus that of gravity, in the body frame. At the
-        fixed point, the result is gravity with the opposite sign. The result includes the
-        acceleration of a support that turns or shakes.
+        The result is the acceleration of the point minus the gravitational acceleration, in the
+        body frame. At the fixed point, the result is the gravitational acceleration with its sign
+        reversed. The result includes the acceleration caused by a turning or shaken support.
 
             >>> import kreisel as kr
             >>> top = kr.scenes.asymmetric.replace(attitude=(1, 0, 0, 0), gravity=9.81)
@@ -312,15 +313,16 @@ class States(QuantityAttributes):
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
         The conserved energy is E + step <torque, m> / (2 I1). The values are NaN unless the body is
-        a Lagrange top. Like `path.step`, `step` is negative for a path that goes back in time.
+        a Lagrange top. Like `path.step`, the step in this formula is negative if the path runs
+        backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        The conserved energy differs from E by a constant and by terms of order step^4. The values
-        are NaN if the body is not a Lagrange top, or if the step is too large for the method.
+        The conserved energy differs from E by a constant, and by terms of order step^4. The values
+        are NaN if the body is not a Lagrange top, or if the step is too large.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
@@ -328,9 +330,9 @@ class States(QuantityAttributes):
     def energy_error(self) -> float:
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        The maxima are taken over all states; E0 is the initial energy, and T the kinetic energy.
-        The value is zero for a path without states. The value is NaN for a top with damping,
-        friction or a shaken support, because its energy is not conserved.
+        Both maxima are over all states; E0 is the initial energy and T is the kinetic energy. The
+        value is zero if the path has no states. The value is NaN if damping, friction or a shaken
+        support is present, because the energy is then not conserved.
         """
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan
@@ -349,7 +351,7 @@ class States(QuantityAttributes):
 def add_quantities(
     kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> None:
-    """Add an attribute to the class `kind` for each quantity that it does not define itself.
+    """Add an attribute to the class `kind` for every quantity that it does not define itself.
 
     lead      the names of the dimensions that precede the dimensions of a quantity
     column    a function that returns the values of a quantity

@@ -1,4 +1,4 @@
-"""Tables of a path with units, for pandas, xarray and CSV, and Euler's angles as one array."""
+"""Tables of a path, with units, for pandas, xarray and CSV, and Euler angles as one array."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QuantityRows = list[tuple[Quantity, Array]]
 
 
 class HasQuantities(Protocol):
-    """An object with quantities as attributes: a path, or the paths of an ensemble."""
+    """An object whose attributes include quantities: a path or the paths of an ensemble."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...
@@ -48,10 +48,10 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 def quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return each quantity in `names` with its values at all states.
+    """Return each quantity in `names` together with its values at all states.
 
-    If `names` is empty, return all quantities that the path stores. The dimension of an angle is
-    given as 'rad' or 'deg'.
+    If `names` is empty, all quantities that the path stores are returned. The dimension of an angle
+    is either 'rad' or 'deg'.
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
@@ -111,9 +111,9 @@ def _units(rows: QuantityRows) -> dict[str, str]:
 
 
 def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
-    """Return columns as CSV in full precision.
+    """Return the columns as CSV text in full precision.
 
-    The first line contains `heads` if given, otherwise the names of the columns.
+    The first line consists of `heads`, if given, and otherwise of the column names.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -126,7 +126,7 @@ class Tables(States):
     """The methods of a path that return or write tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
-        """Return Euler's angles z-x-z as columns: precession_angle, nutation, spin_angle [rad].
+        """Return the z-x-z Euler angles as columns: precession_angle, nutation, spin_angle [rad].
 
         degrees  True: return degrees
         unwrap   True: remove jumps of whole turns; consecutive states must be less than half a
@@ -140,10 +140,10 @@ class Tables(States):
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
-        """Return a pandas.DataFrame with one row per state and t as its index.
+        """Return a pandas.DataFrame with one row per state, indexed by t.
 
-        The columns are the components of the quantities in `names`. Without names, the columns are
-        the components of all quantities that the path stores.
+        The columns are the components of the quantities in `names`. If no names are given, the
+        columns are the components of all quantities that the path stores.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -151,10 +151,10 @@ class Tables(States):
             >>> list(table), table.attrs["units"]["nutation"]
             (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
-        `attrs` contains the method, the scene, and in `units` the dimension [M L T] of each column.
-        The unit of an angle is 'rad' or, with degrees=True, 'deg'. unwrap=True removes jumps of
-        whole turns from angles. Raises ValueError for an unknown name, and TypeError for a name
-        that is not a string. Raises AttributeError for a quantity that `want` left out, and
+        `attrs` contains the method, the scene and, under `units`, the dimension [M L T] of each
+        column. The unit of an angle is 'rad' or, with degrees=True, 'deg'. unwrap=True removes
+        jumps of whole turns from angles. Raises ValueError for an unknown name, and TypeError for a
+        name that is not a string. Raises AttributeError for a quantity that `want` excludes, and
         ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
@@ -165,19 +165,20 @@ class Tables(States):
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """Return an xarray.Dataset with a variable for each quantity in `names`.
+        """Return an xarray.Dataset with one variable per quantity in `names`.
 
-        Without names, the Dataset has all quantities that the path stores. The first dimension is
-        time. The dimensions of the components are quaternion (w, x, y, z), axis (x, y, z) and
-        principal_axis (N, B, T).
+        If no names are given, the Dataset contains all quantities that the path stores. The first
+        dimension is time. The dimensions of the components are named quaternion (w, x, y, z), axis
+        (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has a `long_name` and `units`: the dimension [M L T], or 'rad' or 'deg'. The
-        attributes of the Dataset are the method and the scene in TOML. The arguments and exceptions
-        are those of to_pandas, but ImportError means that xarray is not installed.
+        Each variable has the attributes `long_name` and `units`; the latter is the dimension [M L
+        T], 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene in TOML
+        format. The arguments and exceptions are the same as for to_pandas, except that ImportError
+        refers to xarray.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -202,8 +203,8 @@ class Tables(States):
     ) -> None:
         """Write t and the components of the quantities in `names` as CSV, in full precision.
 
-        Without names, all quantities that the path stores are written. The first line contains the
-        names of the columns.
+        If no names are given, all quantities that the path stores are written. The first line
+        contains the column names.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -220,7 +221,7 @@ class Tables(States):
         pandas.read_csv(file, index_col="t") returns the table of to_pandas. pandas 3.1 or later
         reads bitwise equal values; older versions need float_precision="round_trip". The file is
         replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
-        to_pandas except ImportError, because pandas is not needed.
+        to_pandas except ImportError, since pandas is not required.
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None

@@ -1,4 +1,4 @@
-"""The tangents of a path, and the conditioning computed from them."""
+"""The tangents of a path, and error bounds computed from them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest last term of the Taylor series of the tangents. `by`
-    contains the names of the parameters of differentiation, in the order of the core.
+    The truncation error is the largest final term in the Taylor series of the tangents. `by`
+    contains the names of the differentiation parameters, in the order used by the core.
     """
 
     high: Array
@@ -39,26 +39,26 @@ class TangentData(NamedTuple):
     def from_flat(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Return tangents from the flat arrays that the core returns."""
+        """Build the tangents from the flat arrays returned by the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
 
     def select_states(self, which: ResolvedIndex) -> TangentData:
-        """Return the tangents of the states that `which` selects."""
+        """Return the tangents of the states selected by `which`."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     @property
     def bits(self) -> int:
-        """The sum of the core's bits of the parameters."""
+        """The sum of the core's bit flags for the parameters."""
         return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds on the attitude error [rad] that results from rounding the scene.
+        """Return bounds on the attitude error [rad] caused by rounding the scene.
 
-        Each number of `scene` is assumed to be rounded.
-        Raises AttributeError if some tangents are missing. Tangents with respect to zero parameters
-        are not needed, because a zero has no rounding error.
+        Every number that defines `scene` is assumed to be rounded. Raises AttributeError if some
+        tangents are missing. Tangents with respect to zero parameters are not required, because
+        zero is represented exactly.
         """
         data = {
             # a change of a unit quaternion rotates by twice its size

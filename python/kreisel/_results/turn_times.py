@@ -1,4 +1,4 @@
-"""The time scale of tops, to which limits on waiting times and durations refer."""
+"""The time scale of tops, in terms of which limits on waiting times and durations are defined."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from .._utils.validation import Array
 
 
 def estimate_turn_times(tops: Ensemble) -> Array:
-    """Estimate how long each top takes for one turn about the axis of its largest moment [T].
+    """Estimate how long each top takes to turn once about the axis of its largest moment [T].
 
     The times are computed as 2 pi / rate. The rate is the larger of (|m| + |h|) / I and sqrt(mass
-    |gravity| |com| / I). Here I is the largest moment, and h the momentum of the rotor. The first
-    value is the rate of a rotation, the second the angular frequency of a pendulum. Gravity
-    includes the largest acceleration of a shaken support. The time is 1 for a top at rest without
-    torque.
+    |gravity| |com| / I). Here, I is the largest moment of inertia, and h the angular momentum of
+    the rotor. The first expression is the rate of rotation, and the second is the angular frequency
+    of a pendulum. The gravity used here includes the largest acceleration of a shaken support. For
+    a top at rest without torque, the time is defined as 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

@@ -63,7 +63,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ClosedForm:
-    """The base class of closed forms: a scene, the period of its nutation, and two mean rates."""
+    """Base class of closed forms, with the scene, the nutation period and two mean rates."""
 
     scene: Scene
     period: float
@@ -74,9 +74,9 @@ class _ClosedForm:
 
 @dataclass(frozen=True)
 class Exact(_ClosedForm):
-    """The motion of a scene in closed form.
+    """The motion of a scene, given in closed form.
 
-    Calling the object with a time or an array of times returns a kreisel.Path.
+    The object can be called with a time or an array of times, and returns a kreisel.Path.
 
     period      the period of the nutation: the time from one lowest point of the axis to the next;
                 inf if the height of the axis is constant [T]
@@ -85,17 +85,18 @@ class Exact(_ClosedForm):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    The axis is the symmetry axis of the body. A free body without symmetry has no such axis. For
-    such a body, the axis is the principal axis about which the angular momentum circulates in the
-    body. The angle between this axis and the momentum is acute. The axis completes two nutations
-    while the momentum circulates once. The period of body_velocity is therefore twice `period`, as
-    T in Landau and Lifshitz, Mechanics, section 37.
+    For a symmetric body, the axis is its symmetry axis. A free asymmetric body has no symmetry
+    axis. In this case, the axis is the principal axis about which the angular momentum precesses in
+    the body frame. The axis is directed so that its angle with the momentum is acute. The axis
+    completes two nutation cycles during each cycle of the momentum. The period of body_velocity is
+    therefore twice `period`; it is denoted by T in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
-    `precession` does not include these jumps.
+    These jumps are excluded from `precession`.
 
-    States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be in any order and
-    of either sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
+    States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
+    negative, and in any order. Ctrl-C raises an ordinary KeyboardInterrupt, without partial
+    results.
 
         >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
@@ -105,8 +106,8 @@ class Exact(_ClosedForm):
         array([1.1414])
 
     The attributes least_nutation, greatest_nutation, t_least, t_greatest, motion_type and
-    critical_spin exist for a Lagrange top, and for a free body that is symmetric about its apex.
-    For any other body, these attributes raise ValueError.
+    critical_spin are available for Lagrange tops, and for free bodies that are symmetric about
+    their apex. For all other bodies, accessing these attributes raises ValueError.
     """
 
     @cached_property
@@ -115,38 +116,40 @@ class Exact(_ClosedForm):
 
     @property
     def least_nutation(self) -> float:
-        """The nutation at the turning point nearer to e3, 0 .. pi [rad]."""
+        """The nutation at the turning point closer to e3, between 0 and pi [rad]."""
         return float(self._turning_points.least[0])
 
     @property
     def greatest_nutation(self) -> float:
-        """The nutation at the turning point farther from e3, 0 .. pi [rad]."""
+        """The nutation at the turning point further from e3, between 0 and pi [rad]."""
         return float(self._turning_points.greatest[0])
 
     @property
     def t_least(self) -> float:
-        """The first time t >= 0 at which the nutation is least [T].
+        """The first time t >= 0 at which the nutation is smallest [T].
 
-        The time is 0 if the nutation is constant, and inf if the least nutation is never reached.
+        The value is 0 if the nutation is constant, and inf if the smallest nutation is never
+        reached.
         """
         return float(self._turning_points.t_least[0])
 
     @property
     def t_greatest(self) -> float:
-        """The first time t >= 0 at which the nutation is greatest [T].
+        """The first time t >= 0 at which the nutation is largest [T].
 
-        The time is 0 if the nutation is constant, and inf if the greatest nutation is never
+        The value is 0 if the nutation is constant, and inf if the largest nutation is never
         reached.
         """
         return float(self._turning_points.t_greatest[0])
 
     @property
     def motion_type(self) -> str:
-        """The name of the apex's motion about the vertical.
+        """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The name is 'waves' if both rates have the same sign, and 'loops' if their signs
-          differ. The name is 'cusps' if the rate is zero at the turning point of higher potential.
+          points. The type is 'waves' if both rates have the same sign, and 'loops' if they have
+          opposite signs. The type is 'cusps' if the rate is zero at the turning point with the
+          higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -156,13 +159,13 @@ class Exact(_ClosedForm):
 
         - Without torque, the name is 'circle' or 'resting'.
 
-        Values that differ by at most 1e-12 are treated as equal.
+        Values are treated as equal if they differ by at most 1e-12.
         """
         return str(self._turning_points.motion_type[0])
 
     @property
     def critical_spin(self) -> float:
-        """The spin above which the upright body is a sleeping top [T^-1].
+        """The spin above which the upright body is stable as a sleeping top [T^-1].
 
         The value is 2 sqrt(I1 mass |gravity| |com|) / I3.
         """
@@ -173,9 +176,10 @@ class Exact(_ClosedForm):
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
-        with m3 = <m, e3> and c = <m, apex>. The potential is the energy minus I1 / 2 times the
-        squared nutation rate. At a turning point off the vertical, the potential therefore equals
-        the energy. The potential is inf at nutation 0 or pi if the apex cannot reach this nutation.
+        with m3 = <m, e3> and c = <m, apex>. The potential equals the energy minus I1 / 2 times the
+        square of the nutation rate. At a turning point away from the vertical, the potential
+        therefore equals the energy. At nutation 0 or pi, the potential is inf if the apex cannot
+        reach that position.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -189,9 +193,10 @@ class Exact(_ClosedForm):
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
     def _states_or_none(self, t: object, most: float) -> Array | None:
-        """Return the states at `t` as rows, or None if `t` needs validation in Python.
+        """Return the states at `t` as rows, or None if `t` has to be validated in Python.
 
-        Times need validation if |t| is not below `most`, or if the core does not accept their type.
+        Validation is required if |t| is not below `most`, or if the core does not accept the type
+        of the times.
         """
         return exact_states(self._plan, t, most)
 
@@ -203,29 +208,29 @@ class Exact(_ClosedForm):
 
 @dataclass(frozen=True)
 class ExactTorus(Exact):
-    """The base class of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
+    """Base class of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
 
-    The motion is described by angles on a torus, not by Euler angles. Calling the object with a
-    time or an array of times returns a kreisel.Path.
+    The motion is described by angle variables on a torus instead of Euler angles. The object can be
+    called with a time or an array of times, and returns a kreisel.Path.
 
-    With `tangents`, the path also has `tangents` and `derivative`, as a path of kreisel.solve does.
-    The names can be "start", "gravity" and "mass". Other changes lead to tops that have no closed
-    form. The column of the vertical momentum of a Goryachev-Chaplygin top is therefore NaN. The
-    tangents are central differences of order 8, computed from the closed forms of neighbouring
-    tops. The steps of the differences are shorter at later times. The error usually stays below
-    about 1e-10 of the tangent at any time, whereas the error of a Taylor series grows. The error is
-    larger in two cases. Near resonances and separatrices, `tangents_rest` shows the larger error.
-    For fast tops, the derivatives with respect to gravity and mass are small differences of large
-    numbers. For each column and each range of times within a factor of 8, at least eight closed
-    forms are computed.
+    If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
+    path returned by kreisel.solve. The allowed names are "start", "gravity" and "mass". All other
+    parameter changes lead to tops without a closed form. For the same reason, the column of a
+    Goryachev-Chaplygin top's vertical momentum is NaN. The tangents are central differences of
+    order 8 between the closed forms of neighbouring tops. The difference steps decrease with time.
+    The relative error of the tangents usually stays below about 1e-10 at all times, whereas that of
+    a Taylor series grows. Larger errors occur in two cases. Near resonances and separatrices,
+    `tangents_rest` reports the larger error. For fast tops, the derivatives with respect to gravity
+    and mass suffer from cancellation. At least eight closed forms are computed per column and per
+    range of times within a factor of 8.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for another name, and for times at which the top has turned by more than 1e9
-    rad. Also raises ValueError if neighbouring tops have no closed form.
+    Raises ValueError for any other name, and for times at which the top has turned by more than 1e9
+    rad. Also raises ValueError if a neighbouring top has no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -248,19 +253,19 @@ class ExactTorus(Exact):
     def actions(self) -> tuple[float, float, float]:
         """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
 
-        An action is the integral of <m, dR R^T> along a loop of the torus, divided by 2 pi. Here m
-        is the angular momentum, and R is the rotation from the body frame to space. Along a loop,
-        one angle makes a turn in the direction in which it grows with time, and the others are
-        constant. The third action is <m, e3>. The energy is a function of the actions, and its
-        derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
-        d actions. For Goryachev-Chaplygin tops, this holds only for neighbouring tops with <m, e3>
-        = 0.
+        Each action is the integral of <m, dR R^T> along a closed loop on the torus, divided by 2
+        pi. Here, m is the angular momentum, and R is the rotation from the body frame to the space
+        frame. Along each loop, one angle increases by a full turn in its direction of motion, while
+        the others are constant. The third action equals <m, e3>. The energy is a function of the
+        actions, and its derivatives are the frequencies: between neighbouring tops, d energy = sum
+        of frequencies * d actions. For Goryachev-Chaplygin tops, this is true only among
+        neighbouring tops with <m, e3> = 0.
 
-        Up to a rotation about the vertical, some motions already return after half a turn of the
-        first angle, or of both angles. For these motions, the loops of the actions are not the
-        shortest possible ones.
+        Up to a rotation about the vertical, some motions return to the same state after half a turn
+        of the first angle, or of both. For such motions, the loops that define the actions are not
+        the shortest possible ones.
 
-        Raises ValueError if the motion is too near to a separatrix. Source: Arnold, Mathematical
+        Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
         """
         is_level = self.scene.body.kind == "goryachev_chaplygin"
@@ -268,14 +273,14 @@ class ExactTorus(Exact):
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
-        """Return `n` times after which the body is ever closer to its initial state.
+        """Return `n` times at which the body returns ever closer to its initial state.
 
-        The shape is (n, 3). A row contains the turns of the first angle, the turns of the second
-        angle, and the time [T]. Both numbers of turns are integers, and their ratio is a convergent
-        of the continued fraction of the frequency ratio. Each row is thus a near resonance of the
-        frequencies. After this time, the momentum and the vertical have nearly their initial
-        components in the body frame. There are fewer rows if a resonance is exact within rounding
-        errors.
+        The shape of the array is (n, 3). Each row contains the numbers of turns of the first and
+        the second angle, and the time [T]. Both numbers of turns are integers, and their ratio is a
+        convergent in the continued-fraction expansion of the frequency ratio. Each row therefore
+        describes a near resonance between the frequencies. At this time, the body-frame components
+        of the momentum and the vertical have nearly returned to their initial values. The array has
+        fewer rows if a resonance is exact up to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -283,7 +288,7 @@ class ExactTorus(Exact):
             >>> int(first), int(second), round(float(time), 6)
             (8, 3, 99.319028)
 
-        Raises TypeError or ValueError if `n` is not a positive whole number.
+        Raises TypeError or ValueError if `n` is not a positive integer.
         """
         count = as_int("n", n, 1)
         first, second, _ = self.frequencies
@@ -308,9 +313,9 @@ class ExactTorus(Exact):
         return replace(path, _tangent_data=data)
 
     def _states_at(self, turns: Array) -> Array:
-        """Return states, as rows, at rows of the first two angles of the torus [turns].
+        """Return the states, as rows, for rows of the first two angles on the torus [turns].
 
-        The heading is that of the initial state or, for a Goryachev-Chaplygin top, arbitrary.
+        The heading is taken from the initial state or, for a Goryachev-Chaplygin top, is arbitrary.
         """
         return torus_states_at(self._torus, turns)
 
@@ -322,9 +327,9 @@ class ExactTorus(Exact):
 
 
 def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
-    """Yield the convergents of a positive number as pairs of numerator and denominator.
+    """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
 
-    The sequence ends when a convergent equals the number within its rounding error.
+    The sequence ends when a convergent equals the number to within rounding error.
     """
     before, last, rest = (0, 1), (1, 0), ratio
     while True:
@@ -339,10 +344,10 @@ def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class ExactKowalewski(ExactTorus):
-    """The motion of a Kowalewski top in closed form, by theta functions of two variables.
+    """The motion of a Kowalewski top in closed form, given by theta functions of two variables.
 
-    Calling the object with a time or an array of times returns a kreisel.Path. The attributes are
-    those of kreisel.ExactTorus.
+    The object can be called with a time or an array of times, and returns a kreisel.Path. The
+    attributes are the same as those of kreisel.ExactTorus.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
@@ -356,11 +361,12 @@ class ExactKowalewski(ExactTorus):
 
 @dataclass(frozen=True)
 class ExactGoryachevChaplygin(ExactTorus):
-    """The motion of a Goryachev-Chaplygin top in closed form.
+    """The motion of a Goryachev-Chaplygin top, given in closed form.
 
-    The momentum must not have a vertical component, except for a rounding error, which is included
-    in `mismatch`. Calling the object with a time or an array of times returns a kreisel.Path. The
-    attributes are those of kreisel.ExactTorus. The mean precession is zero.
+    The vertical component of the momentum must be zero, up to a rounding error, which is included
+    in `mismatch`. The object can be called with a time or an array of times, and returns a
+    kreisel.Path. The attributes are the same as those of kreisel.ExactTorus. The mean precession
+    rate is zero.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
@@ -372,14 +378,14 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 @dataclass(frozen=True)
 class ExactMap(_ClosedForm):
-    """The states that the method bobenko_suris computes with the step `step`, in closed form.
+    """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
-    Calling the object with a number of steps, or an array of numbers of steps, returns a
+    The object can be called with a number of steps, or with an array of such numbers, and returns a
     kreisel.Path.
 
-    The attributes period, precession and spin are defined as in kreisel.Exact, but for the states
-    of the method. The differences between these attributes and those of kreisel.Exact are errors of
-    the method.
+    The attributes period, precession and spin are defined as in kreisel.Exact, but refer to the
+    states computed by the method. Their differences from the attributes of kreisel.Exact are the
+    errors of the method.
     """
 
     step: float
@@ -409,19 +415,20 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """Return the closed form of a scene.
+    """Return the motion of a scene in closed form.
 
-    The result is a kreisel.Exact for a Lagrange top, a spherical body, and any body without torque.
-    The result is a kreisel.ExactKowalewski for most Kowalewski tops. For most Goryachev-Chaplygin
-    tops without vertical momentum, it is a kreisel.ExactGoryachevChaplygin.
+    The result is a kreisel.Exact for Lagrange tops, for spherical bodies, and for all bodies
+    without torque. The result is a kreisel.ExactKowalewski for most Kowalewski tops. For most
+    Goryachev-Chaplygin tops without vertical momentum, the result is a
+    kreisel.ExactGoryachevChaplygin.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError, with the reason, for a scene that has no closed form, and for a support that
-    turns about e3. In the latter case, solve(scene, t, "exact") returns the states.
+    Raises ValueError, with the reason, for a scene without a closed form and for a support that
+    turns about e3. For a turning support, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return from_list(scene)
@@ -474,9 +481,9 @@ def _exact_torus(scene: Scene) -> ExactTorus:
 def record_exact_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve a scene by its closed form on a torus, with tangents, and return the path.
+    """Return the path of a scene with tangents, computed from its closed form on a torus.
 
-    Raises ValueError as a call of ExactTorus with tangents does.
+    Raises ValueError under the same conditions as calling ExactTorus with tangents.
     """
     times = time_array(
         t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
@@ -489,7 +496,7 @@ def record_exact_tangents(
 
 
 def _compute_states(scene: Scene, t: Array) -> Array:
-    """Return the states of a scene at the given times from its closed form, as rows."""
+    """Evaluate the closed form of a scene at the given times, and return the states as rows."""
     states = _exact_torus(scene)._states_or_none(t, math.inf)
     assert states is not None
     return states

@@ -1,4 +1,4 @@
-"""Closed forms of the tops of an ensemble."""
+"""Closed forms for all tops in an ensemble."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 
 @dataclass(frozen=True, eq=False)
 class ExactEnsemble:
-    """The motions of an ensemble in closed form.
+    """The motions of an ensemble, given in closed form.
 
-    Calling the object with one time returns an array of states with the shape (*shape, 8). A state
-    consists of t, q (w, x, y, z) and m, as in kreisel.Path. Calling it with k times, or with an
-    array (*shape, k) of separate times for each top, returns an array (*shape, k, 8). `shape` is
-    the shape of the ensemble, or (n,) for a list of n scenes.
+    Calling the object with a single time returns an array of states with the shape (*shape, 8).
+    Each state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times,
+    or with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
+    `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. All values are those that kreisel.exact returns for each scene alone,
-    and the states are bitwise equal. The attributes of the turning points raise ValueError if a
-    scene has no turning points.
+    computed on first access. All values are the same as those of kreisel.exact for each individual
+    scene, and the states are bitwise identical. Accessing the turning-point attributes raises
+    ValueError if any of the motions has no turning points.
 
     frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
     values are NaN for all other tops.
@@ -85,7 +85,7 @@ class ExactEnsemble:
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
-        """The scenes, in C order."""
+        """The scenes of the ensemble in C order."""
         return tuple(member(self.tops, i) for i in range(self.tops.size))
 
     def __call__(self, t: Numbers) -> Array:
@@ -105,12 +105,13 @@ class ExactEnsemble:
         return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_states(self, t: Array) -> Array:
-        """Return the states, of shape (n, k, 8), at times of shape (k,) or (n, k).
+        """Return the states, as an array (n, k, 8), at times of shape (k,) or (n, k).
 
-        A run of the ensemble computes the same states faster, but its times must be monotonic and
-        on one side of 0. A run is not used if any time is 0, because it would return the initial
-        state itself, not the closed form evaluated at 0. Nor is a run used for closed forms on a
-        torus, because it evaluates them in working axes, with other rounding errors.
+        Running the ensemble would compute the same states faster, but requires times that are
+        monotonic and on one side of 0. Running is not an option if any time is 0: it would return
+        the initial state itself instead of evaluating the closed form. Nor is it an option for
+        closed forms on a torus, because a run evaluates these in working axes, with different
+        rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -146,9 +147,9 @@ class ExactEnsemble:
     def _call_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
-        """Call a function of the core for slices of the tops and of the arrays `rows`.
+        """Call a core function for consecutive slices of the tops and of the arrays `rows`.
 
-        Raises ValueError for the first top that the function rejects.
+        Raises ValueError for the first top that the core function rejects.
         """
         found: list[tuple[int, str]] = []
         work = Work()
@@ -170,12 +171,12 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if a top has a closed form on a torus."""
+        """True if at least one top has a closed form on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """The frequencies, the certificate and the mismatch of all tops, as five columns."""
+        """The three frequencies, the certificate and the mismatch of each top, as five columns."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
             self._call_in_slices(torus_heads, heads)
@@ -264,10 +265,10 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 
 
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of an ensemble.
+    """Return the closed forms of all tops in an ensemble.
 
-    Raises ValueError if a scene has no closed form; the message contains the index of the first
-    such scene.
+    Raises ValueError if a scene has no closed form; the message states the index of the first such
+    scene.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
@@ -283,10 +284,10 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 
 
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
-    """Raise ValueError for a support that turns about e3.
+    """Raise ValueError for a scene whose support turns about e3.
 
-    The states of such a top have a closed form, but turning points and rates refer to the inertial
-    frame.
+    The states of such a top have a closed form, but its turning points and rates refer to the
+    inertial frame.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():
@@ -307,7 +308,7 @@ def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene that the core's closed forms reject with `status`."""
+    """Return the exception for a scene that the closed forms of the core reject with `status`."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

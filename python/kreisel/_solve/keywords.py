@@ -1,4 +1,4 @@
-"""Types of keyword arguments that several public functions share."""
+"""Types of keyword arguments that are shared by several public functions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .run import EventSpec
 
 
 class PlanKeywords(TypedDict, total=False):
-    """Arguments that control a method."""
+    """Keyword arguments that control a method."""
 
     step: float | None
     tol: float | None
@@ -21,7 +21,7 @@ class PlanKeywords(TypedDict, total=False):
 
 
 class StreamKeywords(PlanKeywords, total=False):
-    """Arguments of kreisel.stream for one scene."""
+    """Keyword arguments of kreisel.stream for a single scene."""
 
     max_steps: int
     want: Iterable[QuantityName] | None
@@ -30,13 +30,13 @@ class StreamKeywords(PlanKeywords, total=False):
 
 
 class SolveKeywords(StreamKeywords, total=False):
-    """Arguments of kreisel.solve that apply both to one scene and to an ensemble."""
+    """Keyword arguments of kreisel.solve that apply to both single scenes and ensembles."""
 
     error: float | None
 
 
 class PoolKeywords(TypedDict, total=False):
-    """Arguments that select the threads or the executor that run an ensemble."""
+    """Keyword arguments that select the threads or the executor used to run an ensemble."""
 
     threads: int | None
     executor: Executor | None

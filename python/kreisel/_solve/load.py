@@ -19,9 +19,9 @@ _MAX_SCENE_BYTES = 1 << 20
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
     """Load a path, a scene or a run from a file.
 
-    The content of the file determines the kind of the result. A path written by path.save is
-    restored bit for bit. A scene is a TOML file. A run is a checkpoint written by run.save, which
-    kreisel.resume reads, too.
+    The type of the result depends on the contents of the file. A path written by path.save is
+    restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
+    checkpoint written by run.save, which kreisel.resume can also read.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -31,9 +31,9 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         ...     kr.load(os.path.join(folder, "top.npz"))
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
-    Raises OSError if the file cannot be read. Raises ValueError if the file is damaged, or is not a
-    path, a scene or a run.
-    Nothing in the file is executed. Memory use is limited by the size of the file.
+    Raises OSError if the file cannot be read. Raises ValueError if the file is damaged, or contains
+    neither a path nor a scene nor a run. No code in the file is executed. Memory use is bounded by
+    the size of the file.
     """
     name = os.fspath(file)
     if not isinstance(name, str):

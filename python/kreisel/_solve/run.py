@@ -1,4 +1,4 @@
-"""Runs: motions that can be advanced in several calls, saved, and resumed exactly."""
+"""Runs: motions that can be advanced in several calls, saved to a file, and resumed exactly."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _UNDER_WAY = "this run is under way: another thread leads it, or a call that has
 
 
 class _PresentState(NamedTuple):
-    """The motion of a run, its present state as a scene, and the low words of this state."""
+    """The motion of a run, its current state as a scene, and the low-order words of that state."""
 
     motion: Motion
     scene: Scene
@@ -81,31 +81,31 @@ class _PresentState(NamedTuple):
     "kreisel.start(path.end.replace(momentum=...)) begins another one at the last state of its path"
 )
 class Run:
-    """A motion that can be advanced in several calls, from kreisel.start or kreisel.resume.
+    """A motion that can be advanced in several calls, created by kreisel.start or kreisel.resume.
 
-    Times are measured from the start of the run, and must increase in magnitude.
+    Times are measured from the start of the run; their absolute values must increase.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
     run.push, run.reset and run.change change the motion at the present time t. The time continues;
-    everything else is as in a new run from the present state.
+    in all other respects, the motion is a new run from the present state.
 
-    - run.scene is the present state, and run.start_time its time. Each path has the scene of its
-      own states, so that its energy, `path(t)` and `path.error` refer to this scene.
+    - run.scene is the present state, and run.start_time its time. Each path stores the scene of its
+      own states, to which its energy, `path(t)` and `path.error` refer.
 
     - The grid of a fixed step begins at the present time.
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
-      terminal event can continue. The events are searched for as before. An event at the present
-      time is not found again, and a jump of its function due to the change is not an event.
+      terminal event can be continued. The same events are searched for. An event at the present
+      time is not reported again, and a jump of its function due to the change is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 
     - With 20 or 30 digits, the low words of the present state are kept.
 
-    The method stays the same. If the method does not apply after the change, or if an argument is
+    The method cannot be changed. If the method does not apply after the change, or an argument is
     invalid, an exception is raised and the run is unchanged.
     """
 
@@ -139,12 +139,12 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """Advance the run to t, and return the path.
+        """Advance the run to time t, and return the path.
 
-        If `t` is a number, the path has the current state and the state at `t`. If `every` is given
-        as well, the path has the states after each multiple of `every` steps that the run has not
-        returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
-        kreisel.solve; the run then stays at its last valid state.
+        If `t` is a number, the path contains the current state and the state at `t`. If `every` is
+        also given, the path contains the states after each multiple of `every` steps that were not
+        yet returned. If `t` is a list, the path contains exactly the states at these times. Raises
+        the same exceptions as kreisel.solve; the run then remains at its last valid state.
         """
         if every is None and progress is None:
             path = self._advance_in_one_call(t)
@@ -161,7 +161,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance_in_one_call(self, t: object, progress: Progress | None = None) -> Path | None:
-        """Advance the run in a single call, or return None if `t` must be validated in Python."""
+        """Advance the run in a single call, or return None if `t` has to be validated in Python."""
         path: Path | CoreResult | None = self._top.advance(self, t, progress)
         if not isinstance(path, tuple):
             return path
@@ -172,7 +172,7 @@ class Run:
         raise stop_exception(status, part, progress_text(part, end))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
-        """Advance the run to validated times, and return the path with these times."""
+        """Advance the run to validated times, and return the path at these times."""
         if self.want is None:
             status, path = self._record(times, progress)
         else:
@@ -192,10 +192,10 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return an iterator over the paths that follow the current time, like kreisel.stream.
+        """Return an iterator over paths that continue from the current time, like kreisel.stream.
 
-        The run can be saved, pushed, reset or changed between two paths. The stream then continues
-        with its times.
+        Between two paths, the run can be saved, pushed, reset or changed. The stream then continues
+        at its remaining times.
         """
         number = parse_every(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
@@ -227,7 +227,7 @@ class Run:
         return np.array([self.t, times[-1]])
 
     def _check_times(self, times: Array) -> None:
-        """Check that the times continue the run and lie within the horizon."""
+        """Check that the times continue the run and are within the horizon."""
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
@@ -251,15 +251,14 @@ class Run:
         return result[0], path
 
     def push(self, impulse: ArrayLike) -> None:
-        """Add an angular impulse to the angular momentum at the present time.
+        """Add an angular impulse to the angular momentum at the current time.
 
         impulse  the integral of a torque about the fixed point over a time in which the top does
                  not move, in space [M L^2 T^-1]
 
-        See the description of the class for how the run continues. Raises TypeError or ValueError
-        for anything but three finite numbers. Raises ValueError for a horizontal impulse if `want`
-        has only quantities that do not depend on the heading, because the heading is then not
-        computed.
+        The class docstring describes how the run continues. Raises TypeError or ValueError unless
+        the impulse consists of three finite numbers. Raises ValueError for a horizontal impulse if
+        every quantity in `want` is independent of the heading, which is then not computed.
 
         >>> import kreisel as kr
         >>> run = kr.start(kr.scenes.sleeping)
@@ -285,14 +284,15 @@ class Run:
         body_velocity: ArrayLike | None = None,
         attitude_xyzw: ArrayLike | None = None,
     ) -> None:
-        """Set the momentum, the attitude, or both, at the present time.
+        """Set the momentum, the attitude, or both at the current time.
 
-        The arguments are those of kreisel.Scene. An attitude without a momentum keeps the angular
-        momentum in space. See the description of the class for how the run continues.
+        The arguments are the same as for kreisel.Scene. If only an attitude is given, the angular
+        momentum in the space frame is preserved. The class docstring describes how the run
+        continues.
 
-        Raises TypeError if there is no argument. Raises ValueError if `want` has only quantities
-        that do not depend on the heading, and the new state depends on the present heading. In this
-        case, give an attitude and a momentum, or only body_momentum or body_velocity.
+        Raises TypeError if no argument is given. Raises ValueError if no quantity in `want` depends
+        on the heading, but the new state depends on the current heading. In this case, specify an
+        attitude and a momentum, or only body_momentum or body_velocity.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
@@ -328,19 +328,19 @@ class Run:
         friction: float | None = None,
         keep: Literal["momentum", "velocity"] = "momentum",
     ) -> None:
-        """Change the body or its environment at the present time.
+        """Change the body or its environment at the current time.
 
-        The arguments are those of kreisel.Scene. The attitude stays the same; it now rotates the
-        new body's frame of description to space. The time of the run continues, and `shaking`
-        refers to this time.
+        The arguments are the same as for kreisel.Scene. The attitude is preserved; it now rotates
+        the new body's frame of description to the space frame. The time of the run continues, and
+        `shaking` refers to this time.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
               describes parts that already turn with the body when they join or leave it
 
-        See the description of the class for how the run continues. Raises TypeError if nothing is
-        changed. Raises ValueError if the method does not apply to the changed top, as a closed form
-        does not apply to a damped top.
+        The class docstring describes how the run continues. Raises TypeError if no argument is
+        given. Raises ValueError if the method does not apply to the changed top, for example a
+        closed form to a damped top.
         """
         around = Environment(gravity, damping, turning, shaking, friction)
         given = _select_given(body=body, **around._asdict())
@@ -367,10 +367,10 @@ class Run:
         return _PresentState(motion, scene, t, low)
 
     def _restart(self, now: _PresentState, scene: Scene, momentum_low: Vector | None) -> None:
-        """Replace the motion by one that starts from `scene` at the time of `now`.
+        """Replace the motion with one that starts from `scene` at the time of `now`.
 
-        The low words of the initial state are those of `now`, except `momentum_low` if it is not
-        None.
+        The low-order words of the initial state are taken from `now`, except for `momentum_low` if
+        it is not None.
         """
         resolve_method(self.method, scene)
         check_horizon(scene, now.t, self.step)
@@ -391,12 +391,12 @@ class Run:
 
     @property
     def start_time(self) -> float:
-        """The time at which run.scene starts [T]: 0, or the time of the last change."""
+        """The time of the initial state of run.scene [T]: 0, or the time of the last change."""
         return self._origin.begin
 
     @property
     def ended(self) -> bool:
-        """True if a terminal event has occurred; the run then stays at the time of the event."""
+        """True if a terminal event has occurred; the run then remains at the time of that event."""
         return self._top.ended
 
     @property
@@ -429,7 +429,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return a call of resume with the checkpoint, so that a copy has its own state."""
+        """Return a call of resume with the checkpoint, so that copies have a state of their own."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -438,9 +438,9 @@ class Run:
 
 
 def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Origin) -> Motion:
-    """Return a motion of the core that starts at `origin`.
+    """Create and return a core motion that starts from `origin`.
 
-    Raises the exception of stop_exception if the core rejects the scene.
+    If the core rejects the scene, the exception given by stop_exception is raised.
     """
     request = request_from_options(options)
     if request is not None:
@@ -459,7 +459,7 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
 
 
 def _select_given(**arguments: object) -> SceneKwargs:
-    """Return the arguments that are not None."""
+    """Return only those arguments that are not None."""
     given = {name: value for name, value in arguments.items() if value is not None}
     return cast(SceneKwargs, given)
 
@@ -472,15 +472,15 @@ def _no_heading_message(what: str) -> str:
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """Return the run stored in a checkpoint or in the file of a saved run, with its events.
+    """Return the run stored in a checkpoint or in the file of a saved run, including its events.
 
-    `max_steps` replaces the limit of steps in the checkpoint. help(kreisel.start) explains how to
-    store each state exactly once even if the process is killed.
+    `max_steps` replaces the step limit stored in the checkpoint. help(kreisel.start) explains how
+    to store each state exactly once even if the process is killed.
 
-    Raises ValueError for a checkpoint that is damaged, or that was made by another version of
-    kreisel or on another kind of machine. Raises OSError if the file cannot be read. Warns if the
-    Taylor kernel of this processor rounds differently from the kernel that began the run; results
-    then agree only up to rounding.
+    Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
+    or on a different type of machine. Raises OSError if the file cannot be read. Warns if the
+    Taylor kernel of this processor rounds differently from the one that started the run; results
+    then agree only up to rounding errors.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -500,9 +500,9 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return the run stored in a checkpoint, and the name of the kernel that computed it.
+    """Return the run stored in a checkpoint, together with the name of the kernel that computed it.
 
-    `line` is the header of the checkpoint in JSON, and `memory` the state saved by the core.
+    `line` is the JSON header of the checkpoint, and `memory` is the state saved by the core.
     """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
@@ -542,7 +542,7 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene that can be advanced in several calls.
+    """Start a run of a scene, which can then be advanced in several calls.
 
     run.to(t) advances the run to t, with the results of kreisel.solve by the same method.
     run.save(file) saves the run, and kreisel.resume continues it later.
@@ -553,14 +553,14 @@ def start(
             keep(path)
             run.save(file)
 
-    The arguments are those of kreisel.solve; `back` is True for a run back in time. All methods
-    are allowed except 'geometric', which needs trial runs. Each path contains the events that
-    occurred during this path; all paths together contain the events of a single solve. A terminal
-    event ends the run: run.ended is then True, and run.t is the time of the event.
+    The arguments are the same as for kreisel.solve; if `back` is True, the run goes backwards in
+    time. All methods are allowed except 'geometric', which needs trial runs. Each path contains the
+    events that occurred along it; all paths together contain the events of a single solve. A
+    terminal event ends the run; run.ended is then True, and run.t is the time of that event.
 
     If the process is killed between keep(path) and run.save(file), the resumed run repeats the
-    states of the last path. To store each state once, remove the states after run.t from the file
-    of states before resuming. In this example, that file consists of rows of eight doubles:
+    states of the last path. To store each state only once, delete the states after run.t from the
+    file of states before resuming. In this example, that file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
@@ -591,7 +591,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. If there are events, 'auto' means taylor, which finds events."""
+    """Return the options of a run. With events, 'auto' selects taylor, which can locate them."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

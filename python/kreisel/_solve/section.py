@@ -53,9 +53,10 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are those of solve. The result of a top is bitwise independent of the other
-    tops. Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
-    because the core searches for them in several tops simultaneously.
+    The other arguments are the same as for kreisel.solve. The result for a top is bitwise
+    independent of all other tops. The search is fastest for events that are linear in
+    body_vertical, body_velocity, body_momentum, apex_z and spin, since the core processes several
+    tops simultaneously.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -65,13 +66,13 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
-    Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
-    memory, before anything runs. Raises kreisel.Interrupted after Ctrl-C, with the results so far.
-    Failures of individual tops are recorded in section.status, and section.check() raises an
-    exception for the first failure.
+    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
+    the states do not fit in memory. Raises kreisel.Interrupted, with all results obtained so far,
+    after Ctrl-C. Failures of individual tops are recorded in section.status; section.check() raises
+    an exception for the first failed top.
 
-    Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) describe sections
-    that every motion intersects.
+    Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
+    that are crossed by every motion.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
@@ -90,9 +91,9 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return the longest wait of each top, and the options with the event.
+    """Return the maximum waiting time of each top, and the options, which include the event.
 
-    The waits are an array of shape (tops, n), in which each row contains n equal times.
+    The waiting times are an array of shape (tops, n) whose rows are constant.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -105,9 +106,9 @@ def parse_section(
 
 
 def parse_event(event: object) -> Event:
-    """Return the event of a section, validated.
+    """Validate the event of a section, and return it.
 
-    Raises ValueError if the event has a maximal number of occurrences or is terminal.
+    Raises ValueError if the event is terminal or limits the number of its occurrences.
     """
     if event is None:
         return nutation(direction=1)
@@ -120,7 +121,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array with the longest allowed time to the next event, for each top [T]."""
+    """Return an array with the maximum waiting time [T] until the next event of each top."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

@@ -64,7 +64,7 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
 ) -> Path | Paths:
-    """Compute the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
+    """Compute the motion of a scene from t = 0, or that of each top in a kreisel.Ensemble.
 
     t          a list: record the states at these times, which must be monotonic and on one side of
                0. A number: record the start and the state at t, or with `every` the states after
@@ -85,9 +85,9 @@ def solve(
                if t is a number
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
-               The error is checked against a reference: a run with 20 digits or a closed form.
-               Raises ValueError if this error cannot be met with at most 64 times the number of
-               steps first estimated
+               The error is checked against a reference solution: a run in 20-digit arithmetic or a
+               closed form. Raises ValueError if this error cannot be met with at most 64 times the
+               number of steps first estimated
     want       names such as ("nutation", "energy"): the path stores only t and these quantities.
                The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
@@ -113,12 +113,13 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble the arguments apply to each top. The result is a kreisel.Paths, whose arrays
-    begin with the shape of the ensemble. The result of a top is bitwise independent of the other
-    tops, the threads and the executor. This result equals that of solve for the single top. There
-    are two exceptions: taylor and exact may round differently, and 'auto' may choose another
-    method. `t` can also be an array (*shape, k) with separate times for each top. `progress` is
-    called with the finished fraction of the tops, 0 .. 1. An ensemble has further arguments:
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
+    have a shape that starts with the ensemble's. The result for a top is bitwise independent of the
+    other tops, the threads and the executor. This result is identical to that of solving the top
+    alone. There are two exceptions: taylor and exact may round differently, and 'auto' may select a
+    different method. `t` can also be an array of shape (*shape, k), which contains separate times
+    for each top. `progress` is called with the fraction of tops that are finished, between 0 and 1.
+    An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -131,9 +132,9 @@ def solve(
         >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
         ((3, 3, 4), [], np.float64(1.13))
 
-    Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
-    memory, before anything runs. Raises kreisel.Error if the run fails, and kreisel.Interrupted (a
-    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last valid state. For an
+    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
+    the states do not fit in memory. Raises kreisel.Error if the run fails, and kreisel.Interrupted
+    (a KeyboardInterrupt) after Ctrl-C; the `.path` of both ends at the last valid state. For an
     ensemble, failures are recorded in paths.status, and paths.check() raises kreisel.Error for the
     first failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
@@ -173,10 +174,10 @@ def _parse_tangents_events_geometric(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options of a solve with tangents, with events or with method='geometric'.
+    """Return the options for solving with tangents, with events or with method='geometric'.
 
-    `others` are arguments that only an ensemble allows. Raises TypeError or ValueError for an
-    invalid argument, and if one of `others` is given.
+    `others` are arguments that are valid only for ensembles. Raises TypeError or ValueError for an
+    invalid argument, or if one of `others` is given.
     """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
@@ -196,7 +197,7 @@ def _parse_tangents_events_geometric(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve a scene if arguments need validation in Python, or more than one call of the core."""
+    """Solve a scene whose arguments need validation in Python or more than one call of the core."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)

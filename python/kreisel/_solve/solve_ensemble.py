@@ -40,7 +40,7 @@ from .variational import (
 
 
 class SolveArguments(NamedTuple):
-    """The arguments of kreisel.solve that control the method and select what is recorded."""
+    """Keyword arguments of kreisel.solve that control the method and select the recorded data."""
 
     step: float | None = None
     tol: float | None = None
@@ -69,13 +69,13 @@ def reduce(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Reductions:
-    """Reduce the path of each top of an ensemble to a few numbers, without storing states.
+    """Reduce the path of each top in an ensemble to a few numbers, without storing any states.
 
     reductions  a mapping from names of quantities or of their components to one or several of min,
                 max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
 
-    The other arguments are those of kreisel.solve. Memory use does not grow with the number of
-    times.
+    The other arguments are the same as for kreisel.solve. Memory use is independent of the number
+    of times.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
@@ -83,8 +83,8 @@ def reduce(
         array([1.023, 1.13 ])
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
-    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. The values of a failed
-    top are NaN, and `status` contains the reason. The method check() of the result raises
+    kreisel.Interrupted after Ctrl-C; its `.paths` are the results so far. If a top fails, its
+    values are NaN, and `status` indicates the reason. The check() method of the result raises
     kreisel.Error for the first failed top.
     """
     if type(tops) is not Ensemble:
@@ -108,7 +108,7 @@ def solve_ensemble(
     executor: Executor | None = None,
     out: Array | None = None,
 ) -> Paths:
-    """Solve the motion of all tops of an ensemble, and return their paths."""
+    """Compute the motions of all tops in an ensemble, and return their paths."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
@@ -118,7 +118,7 @@ def solve_ensemble(
 
 
 def runner_for(options: EnsembleOptions) -> SliceRunner:
-    """Return the function that runs slices of an ensemble with these options."""
+    """Return the function that runs ensemble slices with these options."""
     if options.searches_step:
         return STEP_SEARCH
     return SCALAR if options.is_one_by_one else LANES
@@ -134,9 +134,10 @@ def stream_ensemble(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Paths]:
-    """Return an iterator over the paths of consecutive groups of tops.
+    """Return an iterator over the paths of consecutive groups of tops in an ensemble.
 
-    A group has at least one top. A group of several tops has at most `chunk` states in total.
+    Each group contains at least one top. If a group contains several tops, they have at most
+    `chunk` states in total.
     """
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
@@ -183,7 +184,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
-    """Return the options of an ensemble with tangents, whose tops are computed one by one."""
+    """Return the options for an ensemble with tangents, whose tops are computed one at a time."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
     names = parse_tangents(tangents)
     reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})
@@ -195,7 +196,7 @@ def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> 
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError because arguments were given that only an ensemble allows.
+    """Raise ValueError because arguments were given that are valid only for ensembles.
 
     Raises TypeError if `scene` is not a kreisel.Scene.
     """

@@ -1,10 +1,11 @@
-"""The search of method='geometric' for the cheapest method and step that meet an allowed error.
+"""Search by method='geometric' for the cheapest method and step that meet an error tolerance.
 
-The error of a method of order p with step h is about g w t (c h r)^p at time t. The rate r and the
-weight w are computed from the integrals of motion, and the constants c were measured. The factor g
-is the growth of small changes, relative to their growth in a regular motion. For example, g is
-large near an unstable equilibrium. The cheapest method and its step are first guessed from this
-estimate. The step is then reduced until the difference from a reference is small enough.
+At time t, the error of a method of order p with step size h is about g w t (c h r)^p. The rate r
+and the weight w are computed from the integrals of motion; the constants c were determined by
+measurement. The factor g is the growth of small perturbations, relative to their growth in regular
+motion. For example, g is large near an unstable equilibrium. This estimate yields an initial guess
+for the cheapest method and its step size. The step size is then reduced until the difference from a
+reference solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ _STALLS = 3
 
 
 class StepSearch:
-    """Runs of one method with decreasing steps, each compared with a reference."""
+    """Runs of one method with successively smaller steps, each compared with a reference."""
 
     def __init__(
         self,
@@ -109,9 +110,9 @@ class StepSearch:
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
     def guess_method(self, grown: float) -> tuple[MethodName, float]:
-        """Return the cheapest method and the number of steps that it needs.
+        """Return the cheapest method, together with the number of steps it requires.
 
-        `grown` is the factor g in the error estimate of this module.
+        `grown` is the factor g in the error estimate of the module docstring.
         """
         prices, t = {}, abs(self.end)
         constants = _SYMMETRIC if _is_drift_exact(self.scene) else _GENERAL
@@ -123,10 +124,10 @@ class StepSearch:
         return method, max(1.0, prices[method][1])
 
     def check_times(self, steps: int) -> Array:
-        """Return the times at which the error of a run with `steps` steps is computed.
+        """Return the times at which the error of a run with `steps` steps is evaluated.
 
-        These are requested times and ends of steps, which need no extra computation. If there are
-        few steps, times inside the steps are added.
+        These are the requested times and the ends of steps, for which no extra computation is
+        needed. If the run has only a few steps, times within the steps are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -136,23 +137,23 @@ class StepSearch:
         return self.merge_times(self.end * np.concatenate(inside) / steps, self.sampled_times)
 
     def merge_times(self, a: Array, b: Array) -> Array:
-        """Return the times of both arrays without duplicates, in the direction of the motion."""
+        """Return the union of two arrays of times, sorted in the direction of the motion."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def reference(self) -> SolveOptions:
-        """Return the options of the reference solution.
+        """Return the options for computing the reference solution.
 
-        The reference is a closed form if one exists and its rounding errors are far below the
-        target, otherwise a Taylor series with more digits.
+        The reference is a closed form if one exists with rounding errors far below the target;
+        otherwise it is a Taylor series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run of `steps` steps at the requested times, and the run's error.
+        """Return the states of a run with `steps` steps at the requested times, and its error.
 
-        The error is the largest attitude error at the checked times [rad]. Returns None if the
-        steps are too large for the method.
+        The error is the largest attitude error at the check times [rad]. Returns None if the step
+        size is too large for the method.
         """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
@@ -171,7 +172,7 @@ class StepSearch:
         return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
 
     def compute_states(self, options: SolveOptions, times: Array) -> Array | None:
-        """Return the states at `times`, or None if the steps are too large for the method."""
+        """Return the states at `times`, or None if the step size is too large for the method."""
         limited = replace(options, max_steps=self.max_steps)
         result = record_states(self.scene, limited, times, self.progress)
         status, states, _, counts, _ = result
@@ -185,9 +186,9 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Return a number of steps for which the predicted error is small enough.
+        """Return a number of steps for which the predicted error is sufficiently small.
 
-        `error` is the error of a run with `steps` steps.
+        `error` is the observed error of a run with `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
@@ -202,9 +203,9 @@ class StepSearch:
 
 
 def parse_error(error: float | None, others: Mapping[str, object]) -> float:
-    """Return the allowed error, validated.
+    """Validate the error tolerance, and return it.
 
-    Raises ValueError for an invalid error, or if one of the arguments in `others` is given.
+    Raises ValueError if the tolerance is invalid, or if one of the arguments in `others` is given.
     """
     if error is None:
         raise ValueError(
@@ -222,7 +223,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for an argument `error` given with a method other than 'geometric'."""
+    """Return the exception for passing `error` together with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -231,7 +232,7 @@ def error_not_allowed(method: object) -> ValueError:
 def geometric_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
-    """Return the options of method='geometric'.
+    """Return the options for method='geometric'.
 
     Raises ValueError if one of the arguments in `excluded` is given.
     """
@@ -242,13 +243,13 @@ def geometric_options(
 
 
 def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
-    """Solve one scene with method='geometric', and return its path."""
+    """Solve a single scene with method='geometric', and return its path."""
     path = report_end(_find_whole_path(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
 def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Solve one scene with method='geometric', and return its path with all states."""
+    """Solve a single scene with method='geometric', and return a path with complete states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return path_or_raise(scene, still, record_states(scene, still, times))
@@ -264,9 +265,10 @@ def search_path(
     max_steps: int,
     progress: Listener = None,
 ) -> Path:
-    """Return the path at `times`, with an attitude error below `target` up to the last time.
+    """Return the path at `times`; its attitude error stays below `target` up to the last time.
 
-    `progress` is called during every trial run. Raises ValueError if no run is accurate enough.
+    `progress` is called during each trial run. Raises ValueError if no run is sufficiently
+    accurate.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
@@ -306,7 +308,7 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
 
 
 def _is_drift_exact(scene: Scene) -> bool:
-    """Return True if the drift of the body is known to be exact."""
+    """Return True if the drift (free motion) of the body is known to be computed exactly."""
     body = scene.body
     return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
@@ -341,7 +343,7 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Solve the tops begin..end one by one, each with the cheapest method that meets the error."""
+    """Solve the tops begin..end, each with the cheapest method that meets the error tolerance."""
     part = buffers.select_rows(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -367,7 +369,7 @@ def _run_one(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve one top, and write its path or the message of its failure to row i of `part`."""
+    """Solve a single top, and write its path or an error message to row i of `part`."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)
@@ -382,7 +384,7 @@ def _run_one(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write `path` to row i of `part`, with NaN at times that the path did not reach."""
+    """Write `path` to row i of `part`, with NaN at all times that the path did not reach."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_times(path, times)
@@ -405,10 +407,10 @@ def _write_row(
 
 
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of the path's states at `times`, and the number of times reached.
+    """Return the indices in the path of the states at `times`, and the number of times reached.
 
-    The indices stop before the first time that the path did not reach. The path of a failed trial
-    run also has states at other times.
+    The indices end before the first time that was not reached. The path of a failed trial run may
+    also contain states at other times.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

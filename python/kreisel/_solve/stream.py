@@ -59,7 +59,7 @@ def stream(
 ) -> Iterator[Path] | Iterator[Paths]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
-    The states are bitwise equal to those of kreisel.solve with the same method. The default of
+    The states are bitwise identical to those of kreisel.solve with the same method. The default of
     `chunk` is 2**14.
 
     t      a list; an iterator of times, which can be infinite; or with `every` a number, which can
@@ -73,16 +73,16 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, kreisel.stream yields the kreisel.Paths of consecutive tops in C order. Each
-    kreisel.Paths has at most `chunk` states in total (default 2**20), but at least one top. t must
-    not be an iterator. threads, executor and progress are as in kreisel.solve.
+    For an ensemble, kreisel.Paths of consecutive tops are yielded in C order. Each kreisel.Paths
+    has at most `chunk` states in total (default 2**20), but at least one top. t must not be an
+    iterator. threads, executor and progress are as in kreisel.solve.
 
-    The stats of each path count the whole run so far. The events of each path are those after the
-    end of the previous path. A terminal event ends the stream.
+    The stats of each path refer to the entire run up to its last state. The events of each path are
+    those that occurred after the end of the previous path. A terminal event ends the stream.
 
-    Raises the exceptions of kreisel.solve. Exceptions for invalid arguments are raised immediately;
-    exceptions for failures and for invalid times of an iterator are raised during the iteration.
-    The `.path` of kreisel.Error and kreisel.Interrupted is the incomplete last path.
+    Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
+    immediately; exceptions for failed runs and for invalid times from an iterator are raised during
+    iteration. The `.path` of kreisel.Error and kreisel.Interrupted is the unfinished last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

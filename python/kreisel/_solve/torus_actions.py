@@ -1,14 +1,15 @@
-"""The actions of a top whose motion is on a torus.
+"""Action variables of a top whose motion is confined to a torus.
 
-Let m be the angular momentum, and R the rotation from the body frame to space. The action of a
-closed loop on the torus is the integral of the one-form <m, dR R^T> along the loop, divided by 2
-pi. All loops that can be deformed into each other on the torus have the same action. Along each
-chosen loop, one angle of the torus makes a full turn. The integrand is periodic and analytic. The
-trapezoidal rule therefore converges exponentially.
+Let m be the angular momentum, and R the rotation from the body frame to the space frame. The action
+of a closed loop on the torus is the integral of the one-form <m, dR R^T> along that loop, divided
+by 2 pi. Loops that can be continuously deformed into each other on the torus have the same action.
+Along each of the loops used here, one angle on the torus makes a full turn. The integrand is a
+periodic analytic function. The trapezoidal rule therefore converges exponentially.
 
-The attitude of a Goryachev-Chaplygin top does not return at the end of such a loop. The reason is
-that its heading is not a function of the two angles. The one-form does not depend on the heading if
-<m, e3> is zero. The space axes are therefore replaced by m/|m|, e3 x m/|m| and e3.
+The attitude of a Goryachev-Chaplygin top does not return to its initial value at the end of such a
+loop. The reason is that the top's heading is not a function of the two angles. However, the
+one-form does not depend on the heading if <m, e3> is zero. The space axes are therefore replaced
+with m/|m|, e3 x m/|m| and e3.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
@@ -30,11 +31,11 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
-    """Compute the action of a loop along which the angle number `angle` makes a full turn.
+    """Compute the action of a loop along which the angle with index `angle` makes a full turn.
 
-    `states_at` returns the states, as rows, at rows of two angles [turns]. `is_level` is True if
-    <m, e3> is zero and the heading is arbitrary. Raises ValueError if the trapezoidal rule does not
-    converge.
+    `states_at` returns the states, as rows, for rows of two angles [turns]. `is_level` is True if
+    <m, e3> is zero, in which case the heading is arbitrary. Raises ValueError if the trapezoidal
+    rule does not converge.
     """
     n, last = _FEWEST, np.inf
     while n <= _MOST:
@@ -51,10 +52,10 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
 
 
 def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
-    """Return the action of a loop of states, and the mean modulus of the integrand.
+    """Return the action of a loop of states, and the mean absolute value of the integrand.
 
-    With the columns e_j of R, <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative with
-    respect to the angle is that of the interpolating trigonometric polynomial.
+    If e_j are the columns of R, then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
+    with respect to the angle is computed from the interpolating trigonometric polynomial.
     """
     w, x, y, z = states[:, 1:5].T
     momentum = states[:, 5:8]
@@ -70,7 +71,7 @@ def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
 
 
 def _remove_heading(columns: Array, momentum: Array) -> tuple[Array, Array]:
-    """Return the components of vectors along m/|m|, e3 x m/|m| and e3, for a horizontal m."""
+    """Return the components of vectors along m/|m|, e3 x m/|m| and e3; m must be horizontal."""
     size = np.hypot(momentum[:, 0], momentum[:, 1])
     c, s = momentum[:, 0] / size, momentum[:, 1] / size
     x, y, z = columns[..., 0], columns[..., 1], columns[..., 2]

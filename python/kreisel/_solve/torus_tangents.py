@@ -1,13 +1,13 @@
-"""Tangents of a top whose motion is on a torus, from closed forms of neighbouring tops.
+"""Tangents of a top whose motion is confined to a torus, from closed forms of neighbouring tops.
 
-A central difference of order 8 uses the closed forms of eight neighbours for each column. The
-tangents of an integrable top grow at most linearly with time, and the error of its closed form does
-not grow. With a step that is inversely proportional to the time, truncation and rounding errors
-therefore stay small in proportion to the tangents.
+For each column, a central difference of order 8 is computed from the closed forms of eight
+neighbours. The tangents of an integrable top grow at most linearly with time, while the error of
+its closed form does not grow. If the step is inversely proportional to time, truncation and
+rounding errors therefore remain small relative to the tangents.
 
-The initial state of a neighbour is rounded. Its exact distance is known, because the difference of
-two neighbouring doubles is exact. The derivatives along the axes are computed from these distances
-by solving a linear system.
+The initial state of each neighbour is rounded. Its exact distance is known, because the difference
+of two nearby doubles is exact. The derivatives along the coordinate axes are obtained from these
+distances by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -45,7 +45,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 @dataclass(frozen=True)
 class _ColumnGroup:
-    """Columns that are computed together: changes of one parameter of the scene.
+    """Columns that are computed together because they belong to the same scene parameter.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -64,11 +64,11 @@ class _ColumnGroup:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute the tangents with respect to the parameters `names` at states of a closed form.
+    """Compute the tangents with respect to the parameters `names` at the states of a closed form.
 
-    `compute_states` evaluates the closed form of a scene at given times. A column is NaN if a
-    change of its parameter leads to tops without a closed form. Raises ValueError if neighbouring
-    scenes have no closed forms, or if their motions differ too much from that of `scene`.
+    `compute_states` evaluates the closed form of a given scene at given times. A column is NaN if
+    varying its parameter leads to tops without a closed form. Raises ValueError if a neighbouring
+    scene has no closed form, or if its motion differs too much from that of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -85,7 +85,7 @@ def compute_torus_tangents(
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError if `names` contains a parameter for which there are no tangents."""
+    """Raise ValueError if `names` contains a parameter for which tangents are not available."""
     for name in names:
         if name not in PARAMETERS:
             reason = (
@@ -99,7 +99,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times so large that doubles cannot resolve neighbouring motions."""
+    """Raise ValueError for times too large for doubles to resolve the motions of neighbours."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(
@@ -109,7 +109,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
 
 
 def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
-    """Return the groups of columns of the parameter `name`."""
+    """Return the column groups for the parameter `name`."""
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
@@ -143,25 +143,26 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _momentum_change(one: Scene, other: Scene) -> Array:
-    """Return the change of the momentum from the scene `one` to the scene `other`."""
+    """Return the difference in momentum between the scenes `one` and `other`."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
 
 def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
-    """Return the scene with its gravity changed by `size`."""
+    """Return a copy of the scene with its gravity changed by `size`."""
     return scene.replace(gravity=scene.gravity + size)
 
 
 def _gravity_change(one: Scene, other: Scene) -> Array:
-    """Return the change of gravity from the scene `one` to the scene `other`."""
+    """Return the difference in gravity between the scenes `one` and `other`."""
     return np.array([other.gravity - one.gravity])
 
 
 def _rotation_between(one: Array, other: Array) -> Array:
     """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
 
-    The signs of the quaternions do not matter. To first order, the result is the rotation vector.
-    The result is computed from the difference of the quaternions, which is exact if they are close.
+    The result does not depend on the signs of the quaternions. To first order, the result equals
+    the rotation vector. The computation uses the difference of the quaternions, which is exact if
+    they are close.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -172,7 +173,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
 def _differentiate(
     scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents of a group of columns, and their largest relative error."""
+    """Return the tangents of a column group, together with their largest relative error."""
     turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
@@ -189,10 +190,10 @@ def _differentiate(
 def _differentiate_with_best_steps(
     scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
-    """Return the tangents at the given states, from the best of several steps, and their errors.
+    """Return the tangents for the best of several difference steps, and their errors.
 
-    The step is reduced for each state until both orders agree, or until their agreement becomes
-    worse.
+    For each state, the step is reduced until both orders agree, or until their difference increases
+    again.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))
@@ -223,9 +224,10 @@ def _differentiate_with_best_steps(
 def _central_difference(
     scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
-    """Return the central differences of order 8, and their relative difference from order 6.
+    """Return central differences of order 8, and their relative difference from those of order 6.
 
-    The difference is relative to the tangent, or to one natural unit if the tangent is smaller.
+    The difference is relative to the tangent or, if the tangent is smaller than one natural unit,
+    to that unit.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

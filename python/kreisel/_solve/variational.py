@@ -1,4 +1,4 @@
-"""Paths with tangents: derivatives with respect to the initial state and to parameters."""
+"""Paths with tangents, which are derivatives with respect to the initial state and parameters."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ TangentSpec = TangentName | Iterable[TangentName]
 
 
 def parse_tangents(tangents: object) -> tuple[str, ...]:
-    """Return the names in `tangents` without duplicates, in the order of the core's table.
+    """Return the names in `tangents` without duplicates, sorted in the order used by the core.
 
-    Raises TypeError or ValueError for an unknown or missing name.
+    Raises TypeError or ValueError if a name is unknown or missing.
     """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
@@ -57,14 +57,14 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
 
 
 def reject_with_tangents(arguments: Mapping[str, object]) -> None:
-    """Raise ValueError if an argument is given that cannot be combined with tangents."""
+    """Raise ValueError for arguments that cannot be combined with tangents."""
     for name, value in arguments.items():
         if value is not None:
             raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
 
 
 def check_computes_tangents(method: Method) -> None:
-    """Raise ValueError unless the method computes tangents."""
+    """Raise ValueError unless the method can compute tangents."""
     if method.exact:
         raise ValueError(
             f"the method {method.name!r} computes no tangents, because most changes of the moments "
@@ -84,10 +84,10 @@ def parse_tangent_options(
     every: object,
     excluded: Mapping[str, object],
 ) -> SolveOptions:
-    """Return the options of a path with tangents.
+    """Return the options for computing a path with tangents.
 
     `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
-    in `excluded` is given, or if the method cannot compute these tangents of this scene.
+    in `excluded` is given, or if the method cannot compute the requested tangents for this scene.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     reject_with_tangents(excluded)
@@ -103,7 +103,7 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist because of friction."""
+    """Raise ValueError for tangents that do not exist in the presence of friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(
@@ -121,7 +121,7 @@ def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) ->
 def record_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve the motion of a scene with tangents, and return its path."""
+    """Compute the motion of a scene together with its tangents, and return the path."""
     times = time_array(
         t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
     )

@@ -1,1 +1,1 @@
-"""Sweeps: ensembles larger than memory, which are computed and stored in parts."""
+"""Sweeps: ensembles that exceed the memory, and are therefore computed and stored in parts."""

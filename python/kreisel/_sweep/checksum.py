@@ -1,10 +1,10 @@
 """Checksums of whole files, stored inside the files.
 
-The checksum is the SHA-256 digest of the file, computed with zeros in place of the digest. In the
-file, the digest follows the text "kreisel-sha256:".
+The checksum is the SHA-256 digest of the file, computed with the digest itself replaced by zeros.
+In the file, the digest follows the text "kreisel-sha256:".
 
-Parquet itself has checksums only for pages of data, and would not detect a change of the schema or
-the statistics.
+Parquet's own checksums cover only data pages, and would not detect changes to the schema or the
+statistics.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """Replace the last placeholder in the bytes of a file by its digest, and return the bytes."""
+    """Replace the last placeholder in the contents of a file by the digest; return the contents."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data
 
 
 def has_checksum(data: bytes) -> bool:
-    """Return True if the bytes of a file contain a correct checksum."""
+    """Return True if the contents of a file include a correct checksum."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):
         return False

@@ -1,7 +1,7 @@
 """Parts of a sweep as Parquet files with one row per top.
 
-If a top has several values in a column, or several events, they are stored as a list. The eight
-bytes of a double are stored in separate streams, which compress better.
+If a top has several values in a column or several events, these are stored as a list. The eight
+bytes of each double are stored in separate streams, which can be compressed better.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
 def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
-    """Return a part as the bytes of a Parquet file, with a placeholder for its checksum.
+    """Encode a part as a Parquet file with a placeholder for its checksum, and return the bytes.
 
-    `about` is a description that is stored in the metadata.
+    `about` is a description to be stored in the metadata.
     """
     table = as_table(part)
     out = pa.BufferOutputStream()
@@ -52,7 +52,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return (Parquet path, type of the values) for each column of `table`."""
+    """Return (Parquet path, value type) for each column of `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -62,9 +62,9 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
 
 
 def as_table(part: PartTable) -> Table:
-    """Return the rows of a part as an Arrow table.
+    """Return the rows of a part as a pyarrow.Table.
 
-    The metadata of each field contain the `units` of the column. The entry `per` says whether the
+    The metadata of each field contain the column's `units`. The entry `per` states whether the
     column has one value per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
@@ -97,7 +97,7 @@ def _to_arrow_list(offsets: Column, values: Column) -> Any:
 def read_about(data: bytes) -> dict[str, Any]:
     """Return the description stored in the bytes of a part.
 
-    Raises ValueError if the bytes are not a part of a sweep.
+    Raises ValueError if the bytes are not those of a part of a sweep.
     """
     try:
         return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
@@ -124,9 +124,9 @@ def decode_part(
 ) -> PartTable:
     """Return the columns `names` of a part, or all columns if `names` is None.
 
-    An empty list `names` gives a table with all columns but without rows. `states` is the number of
-    states per top. Raises ValueError if the file is damaged, or if its description differs from
-    `expected`.
+    If `names` is an empty list, the returned table has all columns but no rows. `states` is the
+    number of states per top. Raises ValueError if the file is damaged, or if its description is
+    different from `expected`.
     """
     wanted = None if names is None else list(names)
     try:

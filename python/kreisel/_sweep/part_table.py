@@ -1,7 +1,7 @@
-"""Tables of parts: one row per top, with the units of all columns.
+"""Tables of parts, with one row per top and with units for all columns.
 
-The number of events differs between tops, so events have separate columns with one row per event.
-The columns contain the events of paths, or the states of a section.
+The number of events varies between tops, so events are stored in separate columns with one row per
+event. These columns contain the events of paths or the states of a section.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 @dataclass
 class PartTable:
-    """The rows of n tops, which have e events in total.
+    """A table of n tops that have e events in total.
 
     columns  {name: values (n,) or (n, k)} of the tops
     ragged   {name: values (e,)} of the events, sorted by top
@@ -49,7 +49,7 @@ class PartTable:
 
 
 def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
-    """Return the table of the tops with the indices `tops` and the results `outcome`."""
+    """Return a table of the tops with the indices `tops` and of their results `outcome`."""
     results = _list_results(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
@@ -73,7 +73,7 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
 
 
 def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
-    """Return the columns with the results of the tops, without their parameters."""
+    """Return the columns that contain the results of the tops, excluding their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
         return _list_indicator(plan.task.name, outcome)
@@ -86,7 +86,7 @@ def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
 
 
 def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
-    """Return the columns of an indicator of chaos: status, last value, verdict and curve."""
+    """Return the columns of a chaos indicator: status, final value, classification and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
     codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
@@ -102,7 +102,7 @@ def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
 
 
 def _list_states(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns of the states of each top, or of the quantities recorded instead."""
+    """Return the columns of states of each top, or of the quantities that are stored instead."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -113,7 +113,7 @@ def _list_states(outcome: Paths) -> list[ColumnWithUnit]:
 
 
 def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
-    """Return the columns of the status, the time reached and the number of steps."""
+    """Return the columns for the status, the time reached and the numbers of steps."""
     buffers = outcome._buffers
     return [
         ("status", buffers.status, ""),
@@ -123,7 +123,7 @@ def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
 
 
 def _add_states(part: PartTable, found: EnsembleEvents | Section) -> None:
-    """Add the states at events, and the number of events of each top, to a table."""
+    """Add the states at events and the number of events per top to a table."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
         values = getattr(found, name).reshape(-1, quantity.doubles)

@@ -1,4 +1,4 @@
-"""Plans of sweeps in TOML: the arguments of kreisel.sweep, and a table that describes the tops.
+"""Sweep plans in TOML, with the arguments of kreisel.sweep and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
     scene = "sleeping"               # the name of a scene, or a file; or a table [scene]
@@ -8,10 +8,11 @@
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-File names are relative to the folder of the plan. Each event is a table [[events]] with the name of
-a function of kreisel.events as `event`, and the arguments of this function. With task = "section"
-the plan has no t, and its event is a table [event] with the same entries. With task = "lyapunov",
-"megno" or "oli", the plan has the arguments of the kreisel function of this name.
+File names are relative to the folder of the plan file. Each event is a table [[events]], in which
+`event` is the name of a function of kreisel.events, and the other entries are its arguments. If
+task = "section", the plan has no t, and its only event is a table [event] with the same entries. If
+task = "lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with
+that name.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ _KEYS = ["task", *ARGUMENTS, "part_size"]
 def read_plan(file: Path) -> SweepPlan:
     """Read a plan from a file.
 
-    Raises TypeError or ValueError if the plan is invalid; the message contains the file name.
+    Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
     return read(file, lambda text: _plan_from_tables(parse_tables(text), file.parent))
 
@@ -107,7 +108,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return `given`, or `n` evenly spaced values if `given` is a table { from, to, n }."""
+    """Return `given`, or `n` evenly spaced values if it is a table of the form { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

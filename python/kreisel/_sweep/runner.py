@@ -1,7 +1,8 @@
-"""Computation of the parts of a sweep, in this process or by the workers of an executor.
+"""Computation of the parts of a sweep, in this process or by workers of an executor.
 
-In this process, several threads compute one part together, and then the next part. A worker of an
-executor computes a whole part in one thread, writes its file, and returns the number of its tops.
+In this process, several threads compute the parts together, one part after another. A worker of an
+executor computes an entire part in one thread, writes its file, and returns the number of tops in
+it.
 """
 
 from __future__ import annotations
@@ -25,23 +26,23 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute the table of the tops with the indices `tops`, including failed tops."""
+    """Compute a table of the results of the tops with the indices `tops`, including failed tops."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
 def store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
-    """Compute part i in one thread, write its file, and return the number of its tops."""
+    """Compute part i in one thread, write its file, and return the number of tops in the part."""
     tops = store.plan.tops_of(i)
     store.write_part(i, compute_part(store, tops, 1, progress))
     return len(tops)
 
 
 class PartsLost(RuntimeError):
-    """Error raised if an executor does not return all parts."""
+    """Error raised if an executor fails to return some parts."""
 
 
 class PartRunner:
-    """A computation of some parts of a sweep that reports its progress."""
+    """A computation of selected parts of a sweep, which reports its progress."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -53,7 +54,7 @@ class PartRunner:
     def run_local(self, threads: int) -> None:
         """Compute the parts in this process.
 
-        Each part is written while the next one is computed.
+        Each part is written to its file while the next part is computed.
         """
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
@@ -69,7 +70,7 @@ class PartRunner:
             self._report_progress(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress callback for a part that has `tops` tops, or None if not needed."""
+        """Return the progress callback for a part with `tops` tops, or None if none is needed."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
@@ -80,10 +81,10 @@ class PartRunner:
             self.progress(tops / self.tops)
 
     def run_on(self, executor: Executor) -> None:
-        """Compute the parts with the workers of an executor.
+        """Compute the parts on the workers of an executor.
 
-        Parts that the executor loses are submitted a second time. Raises PartsLost if the executor
-        loses parts again.
+        Parts that the executor loses are resubmitted once. Raises PartsLost if the executor loses
+        parts a second time.
         """
         for _ in range(2):
             self._submit_all(executor)
@@ -120,12 +121,12 @@ class PartRunner:
         self._report_progress(self.done)
 
     def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt if the run was stopped; called by the threads of a part."""
+        """Raise KeyboardInterrupt if the run has been stopped; called by the threads of a part."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """If the file of part i exists, remove i from `left` and count its tops as done."""
+        """If the file of part i exists, remove i from `left`, and count its tops as finished."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

@@ -1,6 +1,7 @@
-"""Sources of a sweep: descriptions of tops that are built only when they are needed.
+"""Sources of a sweep: descriptions of tops that are constructed only when needed.
 
-A source needs no memory for its tops. Each top is determined by the source and its own index.
+A source does not store its tops in memory. Each top is determined by the source and by the top's
+index.
 """
 
 from __future__ import annotations
@@ -50,10 +51,10 @@ class RandomSpec(NamedTuple):
 @refuse_assignment("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A lazy description of many tops, from which kreisel.sweep builds the tops of each part.
+    """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
 
-    A source stores only its parameters, however many tops it describes. The constructors are
-    Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
+    A source stores only its parameters, regardless of the number of tops that it describes. The
+    constructors are Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
 
     scene  the scene whose parameters vary
     shape  the shape of the array of all tops, which are numbered in C order
@@ -79,11 +80,12 @@ class Source:
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Return a source of all combinations of the values of several parameters.
+        """Return a source of all combinations of values of several parameters.
 
-        Each parameter with a list of values has its own dimension, in the order of the arguments. A
-        single value applies to all tops. The parameters are those of Scene.vary except body. Raises
-        TypeError and ValueError as Scene.vary does.
+        Each parameter given as a list of values has a dimension of its own; the dimensions are in
+        the order of the arguments. A single value applies to all tops. The parameters are the same
+        as for Scene.vary, except body. Raises TypeError and ValueError under the same conditions as
+        Scene.vary.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
@@ -112,11 +114,11 @@ class Source:
     ) -> Source:
         """Return a source of `n` tops with random parameters.
 
-        A parameter with two values, as in spin=(0, 20), is uniformly distributed between them; the
-        bounds of a vector are two rows. A single value applies to all tops. Each random value
-        depends only on the seed, on the index of the top and on the parameter. The parameters are
-        those of Scene.vary except body; inertia and attitudes must be single values. Raises
-        TypeError and ValueError as Scene.vary does.
+        A parameter given as two values, such as spin=(0, 20), is uniformly distributed between
+        them; for a vector, the bounds are two rows. A single value applies to all tops. Each random
+        value depends only on the seed, the index of the top and the parameter. The parameters are
+        the same as for Scene.vary, except body; inertia and attitudes must be single values. Raises
+        TypeError and ValueError under the same conditions as Scene.vary.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -150,7 +152,7 @@ class Source:
     ) -> Source:
         """Return a source of `n` tops with uncertain initial states, like Scene.scatter.
 
-        The arguments and exceptions are those of Scene.scatter.
+        The arguments and exceptions are the same as for Scene.scatter.
 
         >>> import kreisel as kr
         >>> source = kr.Source.scatter(kr.scenes.thesis, 10**9, seed=7, attitude=0.01)
@@ -176,14 +178,14 @@ class Source:
     ) -> Source:
         """Return a source whose tops are the rows of a table.
 
-        Each column is a parameter of Scene.vary such as gravity, or a component of a parameter such
-        as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
+        Each column is a parameter of Scene.vary, such as gravity, or one component of a parameter,
+        such as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
 
         file  the name of a .parquet or .csv file
 
         degrees, steady and fast are as in Scene.vary, and apply to all tops. Raises TypeError or
-        ValueError if a column is not such a parameter or has invalid values. Raises OSError if the
-        file cannot be read, and ImportError if pyarrow is not installed.
+        ValueError if a column is neither a parameter nor a component, or has invalid values. Raises
+        OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
         arguments = read_columns(os.fspath(file))
         parameters, flags = _split_arguments(
@@ -200,7 +202,7 @@ class Source:
 
     @classmethod
     def of(cls, tops: Ensemble) -> Source:
-        """Return a source of the tops of an ensemble."""
+        """Return a source that consists of the tops of an ensemble."""
         check_type("tops", tops, Ensemble)
         if not tops.size:
             raise ValueError("an empty ensemble cannot be swept")
@@ -244,10 +246,11 @@ class Source:
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
     def _validation_indices(self) -> Places:
-        """Return the indices of the tops on which a plan is validated.
+        """Return the indices of the tops that are used to validate a plan.
 
-        The tops are spread evenly over the source and include the first and the last top. For a
-        random source, the sample is the first tops, because all tops are statistically equivalent.
+        These tops are evenly spread over the source, and include the first and the last top. For a
+        random source, the sample consists of the first tops, since all tops are statistically
+        equivalent.
         """
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
@@ -258,10 +261,10 @@ class Source:
     def _first_error(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error of the first invalid top in `at`, with the index of this top.
+        """Return the error of the first invalid top in `at`, including the index of this top.
 
-        `common` is the error that was raised when all tops in `at` were built together. `common` is
-        returned if no individual top is invalid.
+        `common` is the error raised when all tops in `at` were constructed together. If no
+        individual top is invalid, `common` is returned.
         """
         while at.size > 1:
             middle = at.size // 2
@@ -302,7 +305,7 @@ class Source:
     def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
         """Return the values of the varying parameters for the tops begin..end.
 
-        `tops` are these tops as an ensemble.
+        `tops` is an ensemble that consists of these tops.
         """
         rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._random is not None:
@@ -316,7 +319,7 @@ class Source:
 def _split_arguments(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into validated parameters and those flags that are True."""
+    """Split `arguments` into validated parameters and the names of the flags that are True."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -331,7 +334,7 @@ def _split_arguments(
 
 
 def _check_parameter_bounds(name: str, one: Parameter) -> None:
-    """Raise ValueError unless the two values of a parameter are the ends of a finite range."""
+    """Raise ValueError unless the two values of a parameter bound a finite interval."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -348,9 +351,9 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter so that they vary only along the axis with its name.
+    """Reshape the values of a parameter so that they vary only along the axis of the same name.
 
-    A parameter that names no axis has a single value, and length 1 along all axes.
+    A parameter without an axis of its own has a single value, and has length 1 along all axes.
     """
     lead = [1] * len(axes)
     if one.name in axes:
@@ -359,7 +362,7 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
 
 
 def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
-    """Return the columns of an ensemble of `dims` dimensions, storing repeated values only once."""
+    """Return the columns of an ensemble with `dims` dimensions; repeated values are stored once."""
     return {
         name: Parameter(name, drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
         for name, column in columns.items()
@@ -385,8 +388,8 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
-    A value depends only on the seed, the parameter and the index of the top. This independence is
-    possible because the state of the generator Philox is a counter, which can be set directly.
+    Each value depends only on the seed, the parameter and the index of the top. This is possible
+    because the state of the Philox generator is a counter that can be set directly.
     """
     drawn: dict[str, Parameter] = {}
     for name, one in random.ranges.items():

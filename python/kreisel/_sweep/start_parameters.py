@@ -1,4 +1,4 @@
-"""Parameters of the initial states in a sweep: names of their components, and their units."""
+"""Parameters of initial states in a sweep: the names of their components and their units."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ PARAMETERS = tuple(_ENDINGS)
 
 
 def parse_start(name: str, numbers: object) -> Parameter:
-    """Return `numbers` as the validated values of the parameter `name`.
+    """Validate the values `numbers` of the parameter `name`, and return them.
 
-    Raises TypeError or ValueError for an unknown name, or for values that are not finite numbers or
-    rows of the right length.
+    Raises TypeError or ValueError for an unknown name, and for values that are not finite numbers
+    or rows of the correct length.
     """
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
@@ -72,9 +72,9 @@ def parse_start(name: str, numbers: object) -> Parameter:
 
 
 def components(name: str, value: Shape) -> list[str]:
-    """Return the names of the components of a parameter: spin, or momentum_x, momentum_y, ...
+    """Return the names of a parameter's components: spin, or momentum_x, momentum_y, ...
 
-    `value` is the shape of one value of the parameter.
+    `value` is the shape of a single value of the parameter.
     """
     if not value:
         return [name]
@@ -83,9 +83,9 @@ def components(name: str, value: Shape) -> list[str]:
 
 
 def unit(name: str, degrees: bool, component: int = 0) -> str:
-    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' for the angles in it.
+    """Return the dimension [M L T] of a parameter, in which angles are given as 'rad' or 'deg'.
 
-    Components of `shaking`, whose phase is always in radians, have different dimensions.
+    The components of `shaking` have different dimensions; its phase is always in radians.
     """
     if name == "shaking":
         return _SHAKING_UNITS[component]

@@ -1,4 +1,4 @@
-"""Tables of initial states in files, with one column per parameter or component."""
+"""Tables of initial states read from files, with one column per parameter or component."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the larges
 
 
 def read_columns(file: str) -> dict[str, Array]:
-    """Read the parameters in a table, each as an array with one row per top.
+    """Read parameters from a table, and return each as an array with one row per top.
 
     Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
     """

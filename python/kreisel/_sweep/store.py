@@ -1,13 +1,13 @@
-"""The folder of a sweep, which contains plan.json, long arrays of parameters, and the parts.
+"""The folder of a sweep, which contains plan.json, long parameter arrays, and the parts.
 
-A file is written under a temporary name and then renamed, so that a file with its final name is
-always complete. An existing part is valid if it belongs to this plan, was written by this version
-of kreisel, and has a correct checksum.
+Each file is written under a temporary name and then renamed, which ensures that a file with its
+final name is complete. An existing part is valid if it belongs to this plan, was written by this
+version of kreisel, and has a correct checksum.
 
-File names of parts are reserved for the sweep. A file with the name of a part is replaced with a
-warning, unless the file is a valid part with this number. Two things are never replaced: a folder,
-and a complete part of another plan, which may have taken long to compute. Files with other names
-are not changed.
+The names of part files are reserved; do not use them for other files in the folder. A file with the
+name of a part is replaced, and a warning issued, unless the file is a valid part with this number.
+Two things are never replaced: folders, and complete parts of a different plan, which may have taken
+a long time to compute. Files with other names are left unchanged.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ FOREIGN = "foreign"
 
 
 class SweepStore:
-    """The files of a plan in its folder. Raises ImportError if pyarrow is not installed."""
+    """The files of a sweep plan in its folder. Raises ImportError if pyarrow is not installed."""
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet
@@ -50,16 +50,16 @@ class SweepStore:
         self.folder, self.plan, self._format = folder, plan, parquet
 
     def file(self, i: int) -> Path:
-        """Return the path of the file of part i."""
+        """Return the file path of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
-        """Write part i to its file, with a checksum."""
+        """Write part i to its file, and include a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
         atomic_write(self.file(i), bytes(add_checksum(self._format.encode_part(part, about))))
 
     def list_parts(self) -> list[int]:
-        """Return the numbers of the parts that have a file, in ascending order."""
+        """Return the numbers of all parts whose files exist, in ascending order."""
         found, parts = [], self.plan.parts
         for entry in os.scandir(self.folder):
             match = re.fullmatch(r"part-([0-9]{6,})\.parquet", entry.name)
@@ -71,8 +71,8 @@ class SweepStore:
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
         """Return the columns `names` of part i, or all columns if `names` is None.
 
-        An empty list `names` gives a table with all columns but without rows. Raises ValueError if
-        the part is damaged, or if the file is not part i of this plan.
+        If `names` is an empty list, the returned table has all columns but no rows. Raises
+        ValueError if the part is damaged, or if the file is not part i of this plan.
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
@@ -101,7 +101,7 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def foreign_error(self, i: int) -> FileExistsError:
-        """Return the exception for a foreign file or folder that has the name of part i."""
+        """Return the exception for a file or folder that has the name of part i but is foreign."""
         file = self.file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
@@ -121,8 +121,8 @@ class SweepStore:
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if `folder` is not the folder of a sweep, or if the hash of the plan in it
-    differs from `expected`.
+    Raises ValueError if `folder` is not the folder of a sweep, or if the hash of its plan is
+    different from `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
@@ -137,7 +137,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
 
 @lru_cache(maxsize=4)
 def _open_cached(folder: str, expected: str) -> SweepStore:
-    """Open the folder of a sweep only once for all tasks of a worker process."""
+    """Open the folder of a sweep once, and share it between all tasks of a worker process."""
     return open_store(folder, expected)
 
 
@@ -167,7 +167,7 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
 def _read_parameter_array(file: Path) -> Array:
     """Read a long array of parameter values from its file.
 
-    Raises ValueError if the hash of the array differs from the hash in the file name.
+    Raises ValueError if the hash of the array does not match the hash in the file name.
     """
     values: Array = np.load(file, allow_pickle=False)
     if content_name(values) != file.name:
@@ -176,10 +176,10 @@ def _read_parameter_array(file: Path) -> Array:
 
 
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
-    """Create the folder of a plan, or open it if it exists.
+    """Create the folder of a plan, or open the folder if it already exists.
 
-    Raises ValueError if the folder contains another plan. Raises FileExistsError if the folder is
-    neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
+    Raises ValueError if the folder contains a different plan. Raises FileExistsError if the folder
+    is neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
     ImportError if pyarrow is not installed.
     """
     where = Path(os.path.abspath(folder))
@@ -223,7 +223,7 @@ def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
-    """Write each array that is too long for the plan file to its own file, unless it exists."""
+    """Write each array that is too long for the plan file to a separate file, if it is missing."""
     for values in plan.arrays:
         file = where / content_name(values)
         if not file.exists():
@@ -233,14 +233,14 @@ def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
 
 
 def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
-    """Return a JSON object as text, with each entry on one line."""
+    """Return a JSON object as text, with one entry per line."""
     space = " " * indent
     lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]
     return "{\n" + ",\n".join(lines) + "\n}"
 
 
 def _write_exclusive(file: Path, data: bytes) -> bool:
-    """Write a file unless it exists already. Return True if the file was written."""
+    """Write a file unless it already exists. Return True if the file was written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)
     try:
@@ -257,7 +257,7 @@ def _write_exclusive(file: Path, data: bytes) -> bool:
 
 
 def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
-    """Return a message that describes the differences between the plan in a folder and `plan`."""
+    """Return a message that describes how the plan in a folder differs from `plan`."""
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [

@@ -26,7 +26,7 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during kreisel.sweep. Repeating the call computes the missing parts.
+    """Exception for Ctrl-C during a sweep. Calling kreisel.sweep again computes the missing parts.
 
     sweep  a kreisel.SweepResult with the finished parts
     """
@@ -67,19 +67,19 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Run a task on many tops, and write the results to a folder in parts.
+    """Run a task on many tops, and write the results to a folder, divided into parts.
 
-    Repeating the call resumes an interrupted sweep: after Ctrl-C, after a crash, or on another
-    machine. A part is a Parquet file with one row per top, which contains the index, the
-    parameters, the status and the results of the top. The columns have units [M L T]. The contents
-    of a part are determined bit for bit by the plan and the number of the part. The status of a
-    failed top is not 0.
+    To resume an interrupted sweep, repeat the call: after Ctrl-C, after a crash, or on a different
+    machine. Each part is a Parquet file with one row per top, which contains the index, parameters,
+    status and results of that top. The units [M L T] of the columns are stored as well. The
+    contents of each part are determined, bit for bit, by the plan and the part number. If a top
+    fails, its status is not 0.
 
-    Existing parts are verified bit by bit; missing and damaged parts are computed. File names of
-    parts are reserved for the sweep. A file with the name of a part is replaced with a warning,
-    unless the file is an intact part with this number. A folder, or a complete part of another
-    plan, is never replaced.
-    Requires pyarrow: pip install 'kreisel[sweep]'.
+    Existing parts are verified by their checksums; missing and damaged parts are computed. The
+    names of part files are reserved; do not use them for other files in the folder. A file with the
+    name of a part is replaced, and a warning issued, unless the file is an intact part with this
+    number. Folders, and complete parts of a different plan, are never replaced. Requires pyarrow:
+    pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
@@ -118,10 +118,10 @@ def sweep(
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments. Raises ValueError if
-    the folder contains another plan, and FileExistsError if the folder is neither empty nor the
-    folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is
-    not installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
+    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises ValueError if
+    the folder contains a different plan, and FileExistsError if it is neither empty nor the folder
+    of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    installed. While running, raises OSError if a file cannot be written, RuntimeError if an
     executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
     arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
@@ -135,7 +135,7 @@ def sweep(
 
 
 def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments in `given` that belong to a task and differ from their defaults."""
+    """Return those arguments in `given` that belong to a task and differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:
@@ -150,7 +150,8 @@ def _run_parts(
 ) -> SweepResult:
     """Compute the parts of `runner`, and return the results of the sweep.
 
-    Raises SweepInterrupted after Ctrl-C; its message counts the parts in `chosen`.
+    Raises SweepInterrupted after Ctrl-C; the message reports how many of the parts in `chosen` are
+    done.
     """
     store = runner.store
     try:
@@ -181,7 +182,7 @@ def _make_plan(
 
 
 def _parse_parts(parts: object, count: int) -> range:
-    """Return the requested range of parts, validated. None means all `count` parts."""
+    """Validate the requested range of parts, and return it. None means all of the `count` parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
@@ -194,9 +195,9 @@ def _parse_parts(parts: object, count: int) -> range:
 
 
 def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
-    """Return the parts in `chosen` that must be computed, and warn of parts that are replaced.
+    """Return the parts in `chosen` that must be computed, and warn about parts to be replaced.
 
-    Raises FileExistsError if a folder, or a part of another plan, has the name of a part.
+    Raises FileExistsError if a folder or a part of a different plan has the name of a part.
     """
     left: list[int] = []
     replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}

@@ -1,7 +1,7 @@
-"""The plan of a sweep: everything that determines the contents of its parts.
+"""The plan of a sweep, which contains everything that determines the contents of its parts.
 
-The plan is stored as canonical JSON with a hash. The JSON does not include the machine, the number
-of threads or the executor, which do not affect the results.
+The plan is stored as canonical JSON together with a hash. The machine, the number of threads and
+the executor are not part of the plan, because they do not affect the results.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A source of tops, the task for all tops, and the number of tops in a part.
+    """A source of tops, the task to run on all tops, and the number of tops per part.
 
-    `options` and `times` are those of the task. The plan was validated on some tops; `sample`
-    contains their indices, and these tops as an ensemble.
+    `options` and `times` belong to the task. The plan has been validated on some tops; `sample`
+    contains their indices and an ensemble of these tops.
     """
 
     source: Source
@@ -48,7 +48,7 @@ class SweepPlan:
 
     @cached_property
     def states(self) -> int:
-        """The number of states of each top."""
+        """The number of states per top."""
         return int(self.times.size)
 
     @cached_property
@@ -62,7 +62,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`. The last part of a plan can be smaller."""
+        """Return the total number of tops in `parts`. The last part may be smaller."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
@@ -91,12 +91,12 @@ class SweepPlan:
 
     @cached_property
     def hash(self) -> str:
-        """The SHA-256 of the canonical JSON of the plan."""
+        """The SHA-256 hash of the plan's canonical JSON."""
         return hash_plan(self.as_json)
 
     @property
     def arrays(self) -> list[Array]:
-        """The arrays of parameter values that are too long for the plan file."""
+        """The arrays of parameter values that are too long to be stored in the plan file."""
         parameters = *self.source._parameters.values(), *self.source._varied.values()
         return [one.values for one in parameters if one.values.size > _MAX_INLINE]
 
@@ -104,14 +104,14 @@ class SweepPlan:
     def kernel(self) -> str:
         """The instruction set of the Taylor kernel on this machine.
 
-        All instruction sets with fused multiply-add give bitwise equal results.
+        All instruction sets with fused multiply-add give bitwise identical results.
         """
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops with the indices `tops` as an ensemble.
+        """Return an ensemble of the tops with the indices `tops`.
 
-        If these are the indices of the sample, the sample is returned.
+        If these are the indices of the sample, the ensemble of the sample is returned.
         """
         if self.sample is not None:
             at, ensemble = self.sample
@@ -122,7 +122,7 @@ class SweepPlan:
     def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
         """Compute the results of the tops with the indices `tops`.
 
-        Raises TypeError or ValueError for the first invalid top; the message contains its index.
+        Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
         try:
             some = self.ensemble(tops)
@@ -133,26 +133,26 @@ class SweepPlan:
 
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of the canonical JSON of a plan."""
+    """Return the SHA-256 hash of a plan's canonical JSON."""
     return hashlib.sha256(dump_canonical(plan).encode()).hexdigest()
 
 
 def dump_canonical(plan: Mapping[str, Any]) -> str:
-    """Return a plan as JSON with sorted names and without spaces; equal plans give equal text."""
+    """Return a plan as JSON with sorted keys and without spaces; equal plans give equal text."""
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def content_name(values: Array) -> str:
-    """Return the file name of an array, from a hash of its shape and values."""
+    """Return the file name of an array, which is derived from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
     return f"starts-{digest.hexdigest()}.npy"
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """For each parameter, return its name, the shape of one value, and all values.
+    """For each parameter, return its name, the shape of a single value, and all values.
 
-    For a long array, the name of its file is returned instead of the values.
+    For a long array, the file name is returned instead of the values.
     """
     return [
         [
@@ -165,10 +165,10 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the JSON of the parameters that vary.
+    """Return the varying parameters in JSON form.
 
-    A parameter of the source is listed by its name, because the plan already contains its values.
-    Other parameters are listed with their values.
+    A parameter of the source is listed only by name, because the plan already contains its values.
+    All other parameters are listed together with their values.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]
@@ -177,7 +177,7 @@ def _list_varied(source: Source) -> list[str | list[Any]]:
 
 
 def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
-    """Return the plan of a task for the tops of a source, validated on some of these tops.
+    """Return the plan for running a task on the tops of a source, validated on some of the tops.
 
     Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
     not fit in memory.
@@ -207,8 +207,8 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored as a JSON object.
 
-    `load` returns the array in the file of a given name, for values that are not in the JSON.
-    Raises ValueError if the object is not a plan, or is a plan of another version.
+    `load` returns the array stored under a given file name, for values that are not in the JSON.
+    Raises ValueError if the object is not a plan, or if it is a plan from a different version.
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)

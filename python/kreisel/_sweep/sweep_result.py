@@ -1,4 +1,4 @@
-"""Results of a sweep on disk. Columns, parts and tables are read on demand."""
+"""Results of a sweep that are stored on disk. Columns, parts and tables are read on demand."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ _STATUS = "status", "reached"
 class SweepResult:
     """The results of a sweep in a folder.
 
-    `result[name]` is a column as a NumPy array of shape `shape`, or (*shape, k) if each top has k
-    values, one for each time. Only the columns that are needed are read from the files.
+    `result[name]` is a column as a NumPy array of shape `shape`, or of shape (*shape, k) if each
+    top has k values, one per time. Only the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -44,11 +44,11 @@ class SweepResult:
     columns  the names of the columns
     units    the dimension [M L T] of each column
 
-    Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
-    raises ValueError if parts are missing. If the sweep was opened with partial=True, a column has
-    one row for each top in the existing parts. The column `result["top"]` contains the indices of
-    these tops. The checksums of all parts are then verified once, and damaged parts count as
-    missing.
+    Iteration yields each existing part as a mapping from column names to arrays. Raises ValueError
+    if a column is read while parts are missing. If the sweep was opened with partial=True, each
+    column has one row for each top in the existing parts. The column `result["top"]` contains the
+    indices of these tops. In this case, the checksums of all parts are verified once, and damaged
+    parts are treated as missing.
     """
 
     _store: SweepStore
@@ -60,7 +60,7 @@ class SweepResult:
 
     @cached_property
     def present(self) -> list[int]:
-        """The numbers of the existing parts, or with partial=True of the intact parts."""
+        """The numbers of the existing parts or, with partial=True, of the intact parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -71,7 +71,7 @@ class SweepResult:
 
     @property
     def folder(self) -> str:
-        """The folder of the parts."""
+        """The folder that contains the parts."""
         return str(self._store.folder)
 
     @property
@@ -91,39 +91,39 @@ class SweepResult:
 
     @property
     def parts(self) -> int:
-        """The number of parts of the plan."""
+        """The number of parts in the plan."""
         return self._store.plan.parts
 
     @property
     def missing(self) -> list[int]:
-        """The numbers of the parts that do not exist."""
+        """The numbers of the parts whose files do not exist."""
         return [i for gap in list_gaps(self.present, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
-        """The plan as in plan.json."""
+        """The plan, as stored in plan.json."""
         return dict(self._store.plan.as_json)
 
     @property
     def hash(self) -> str:
-        """The SHA-256 of the plan, which is also stored in each part."""
+        """The SHA-256 hash of the plan, which is also stored in every part."""
         return self._store.plan.hash
 
     @cached_property
     def _schema(self) -> PartTable:
-        """The columns of a part without rows, read from the first existing part."""
+        """The columns of a part, without rows, as read from the first existing part."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns: first the columns of tops, then the columns of events."""
+        """The column names: first the columns of tops, then the columns of events."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
     def units(self) -> dict[str, str]:
-        """The dimension [M L T] of each column; an empty string for a dimensionless column."""
+        """The dimension [M L T] of each column, or an empty string for a dimensionless column."""
         return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
@@ -140,7 +140,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, with the columns `names` or all columns.
+        """Return an iterator over the existing parts, limited to the columns `names` if given.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -156,13 +156,13 @@ class SweepResult:
         return (self._store.read_part(i, names) for i in self.present)
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
-        """Yield the columns of each existing part, as a mapping from names to arrays."""
+        """Yield each existing part as a mapping from column names to arrays."""
         for i in self.present:
             part = self._store.read_part(i)
             yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
-        """Return the columns of part `i`, as a mapping from names to arrays."""
+        """Return part `i` as a mapping from column names to arrays."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
             raise IndexError(f"there is no part {number}: the sweep has {len(self._found)} parts")
@@ -172,8 +172,8 @@ class SweepResult:
     def check(self) -> SweepResult:
         """Verify the checksums of all existing parts, and return this result.
 
-        Raises ValueError for the first damaged part. Raises FileExistsError if a folder, or a part
-        of another plan, has the name of a part.
+        Raises ValueError for the first damaged part. Raises FileExistsError if a folder or a part
+        of a different plan has the name of a part.
         """
         for i in self._found:
             status = self._store.verify_part(i)
@@ -184,20 +184,21 @@ class SweepResult:
         return self
 
     def verify(self) -> dict[str, list[int]]:
-        """Verify the checksums of all parts, and return the numbers of the parts with each status.
+        """Verify the checksums of all parts, and return the numbers of the parts grouped by status.
 
-        A status is "done", "missing", "damaged", "of another version" or "foreign". A part is
-        foreign if a folder, or a complete part of another plan, has its name. Calling kreisel.sweep
-        again with the same arguments computes all other parts that are not done.
+        The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
+        foreign if its name is used by a folder or by a complete part of a different plan. All parts
+        that are neither done nor foreign are computed if kreisel.sweep is called again with the
+        same arguments.
         """
         parts, found = self._verify_existing_parts()
         missing = [i for gap in list_gaps(found, self.parts) for i in gap]
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the parts that have a file.
+        """Verify all parts whose files exist.
 
-        Return a mapping from each status to the numbers of its parts, and all numbers as a list.
+        Return a mapping from each status to the part numbers, and a list of all part numbers.
         """
         parts: dict[str, list[int]] = {DONE: []}
         found = []
@@ -212,9 +213,10 @@ class SweepResult:
     def events(self) -> EnsembleEvents | None:
         """The events of the tops, or None if no events were requested.
 
-        Tops in missing parts have no events. The value is also None for a section, whose states are
-        in columns. The column result["events"] contains the number of states of each top. The
-        column result["event_t"] and similar columns contain the states of all tops.
+        Tops in missing parts have no events in this table. For a section, the value is also None,
+        because its states are stored in columns. The column result["events"] contains the number of
+        states per top. The states of all tops are in the column result["event_t"] and in similar
+        columns.
         """
         if "event_which" not in self._schema.ragged:
             return None
@@ -225,8 +227,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain the `units` of the column. If a top has several values in
-        a column, they are stored as a list.
+        The metadata of each field contain the column's `units`. If a top has several values in a
+        column, these are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
@@ -237,8 +239,8 @@ class SweepResult:
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, or one row per state of each top.
 
-        `attrs` contains the units. The frame contains the number of events of each top, but not the
-        events, which are in `events`. Raises ImportError if pandas is not installed.
+        `attrs` contains the units. The DataFrame contains the number of events per top, but not the
+        events themselves, which are in `events`. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -258,12 +260,12 @@ class SweepResult:
         return frame
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with a variable with units for each column.
+        """Return an xarray.Dataset with one variable, including units, per column.
 
-        The dimensions are the named dimensions of the tops, and time if there are states.
-        Parameters that vary are coordinates, and so are `status` and `reached`. The values of tops
-        in missing parts are NaN, or -1 for integers. The dataset contains the number of events of
-        each top, but not the events. Raises ImportError if xarray is not installed.
+        The dimensions are the named dimensions of the tops and, if states are stored, time. The
+        parameters that vary, `status` and `reached` are stored as coordinates. For tops in missing
+        parts, the values are NaN, or -1 for integers. The Dataset contains the number of events per
+        top, but not the events themselves. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -286,7 +288,7 @@ class SweepResult:
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _read_all(self) -> dict[str, Column]:
-        """Return the columns of all tops as arrays that begin with the shape of the sweep."""
+        """Return the columns of all tops as arrays whose shape starts with that of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_parts():
             at = part.columns["top"]
@@ -299,14 +301,14 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers below `end` that are missing from the ascending `numbers`."""
+    """Yield the ranges of integers below `end` that are not in the ascending list `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
 
 
 def _raw_events(part: PartTable) -> RawEvents:
-    """Return the events of a part, with the indices of their tops in the sweep."""
+    """Return the events of a part, together with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
     which, direction = part.ragged["event_which"], part.ragged["event_direction"]
@@ -314,7 +316,7 @@ def _raw_events(part: PartTable) -> RawEvents:
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
-    """Open the results of kreisel.sweep in a folder.
+    """Open the results that kreisel.sweep stored in a folder.
 
     partial  True: read the intact parts even if other parts are missing or damaged
 
@@ -327,8 +329,8 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
         ...     result, result.columns[:4]
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
-    Other programs can read the files, for example DuckDB: SELECT spin, nutation_max FROM
-    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if the
-    folder does not belong to a sweep, and ImportError if pyarrow is not installed.
+    The files can also be read by other programs, for example by DuckDB: SELECT spin, nutation_max
+    FROM 'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if it
+    is not the folder of a sweep, and ImportError if pyarrow is not installed.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))

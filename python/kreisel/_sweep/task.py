@@ -1,6 +1,6 @@
-"""Tasks of a sweep: calls of kreisel.solve, of an indicator of chaos or of kreisel.section.
+"""Tasks of a sweep: calls of kreisel.solve, kreisel.section or a chaos indicator.
 
-A plan file stores a task and its arguments as JSON.
+The plan file stores a task and its arguments as JSON.
 """
 
 from __future__ import annotations
@@ -38,20 +38,20 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A function of kreisel that a sweep calls for its tops, and the arguments of this call."""
+    """A kreisel function that a sweep calls for its tops, and the arguments of the call."""
 
     @property
     def as_json(self) -> dict[str, Any]:
         """The task as a JSON object."""
 
     def normalize(self, options: EnsembleOptions) -> SweepTask:
-        """Return the task in canonical form, so that equivalent arguments give equal plans."""
+        """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the options and the times for the tops `some`.
+        """Return the options and the times of the task for the tops `some`.
 
-        For a section, each time is the longest allowed time to the next event, repeated for each
-        state. Raises TypeError or ValueError for an invalid argument.
+        For a section, each time is the maximum waiting time until the next event, repeated for
+        every state. Raises TypeError or ValueError for an invalid argument.
         """
 
     def compute_tops(
@@ -62,7 +62,7 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops `some`; `options` and `times` are from options_and_times.
+        """Compute the results of the tops `some`, given the values returned by options_and_times.
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
@@ -214,10 +214,10 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task with the name `task` and its arguments.
+    """Return the task with the name `task`, including its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    have. The same exceptions are raised for an argument whose value differs between tops.
+    accept. The same exceptions are raised if the value of an argument differs between tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
@@ -253,7 +253,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _iterator_to_list(names: Any) -> Any:
-    """Return `names` as a list if it is an iterator, because an iterator can be read only once."""
+    """Convert `names` to a list if it is an iterator, because iterators can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -271,7 +271,7 @@ def _float_or_list(values: Numbers) -> Any:
 
 
 def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task in the JSON of a plan.
+    """Return the task described by the JSON of a plan.
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
     """

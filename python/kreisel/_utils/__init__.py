@@ -1,1 +1,1 @@
-"""Utilities that every other package uses: validation, errors, files and optional imports."""
+"""Utilities used by all other packages: validation, errors, files and optional imports."""

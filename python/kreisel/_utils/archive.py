@@ -1,7 +1,7 @@
-"""Archives: named texts and arrays in one file that numpy.load can also read.
+"""Archives of named texts and arrays in a single file, which numpy.load can also read.
 
-An archive is a zip file of uncompressed .npy members. The declared sizes of the members therefore
-cannot exceed the size of the file. Reading an archive never executes code.
+An archive is a zip file of uncompressed .npy members. The declared sizes of its members therefore
+cannot exceed the file size. Reading an archive never executes code.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) ->
 
 
 class Archive:
-    """An archive that is open for reading.
+    """An archive that is opened for reading.
 
     Raises ValueError if the file is damaged or was not written by `pack`.
     """
@@ -67,20 +67,20 @@ class Archive:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def text(self, name: str) -> str:
-        """Return the text called `name`."""
+        """Return the text `name`."""
         return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the array `name` of doubles, whose shape must be (n, *shape).
+        """Return the array `name` as doubles; its shape must be (n, *shape).
 
-        If `n` is None, the first dimension may have any length.
+        If `n` is None, the first dimension can have any length.
         """
         data = self._read_data(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def integers(self, name: str, n: int) -> Integers:
-        """Return the array `name` of `n` integers."""
+        """Return the array `name`, which must consist of `n` integers."""
         return np.frombuffer(self._read_data(name, "i4", (n,)), "<i4").astype(np.intc)
 
     def _read_data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
@@ -105,7 +105,7 @@ class Archive:
 def _read_members(archive: ZipFile, size: int) -> dict[str, bytes]:
     """Return the bytes of each member of a zip file of `size` bytes.
 
-    Raises ValueError if a member is compressed or the members are larger than the file.
+    Raises ValueError if a member is compressed, or if the members are larger than the file.
     """
     from zipfile import ZIP_STORED
 

@@ -1,6 +1,6 @@
 """Atomic file output: write a temporary file, then rename it into place.
 
-The final name never refers to an incomplete file, not even on a full disk or after a crash.
+The final name never refers to an incomplete file, even if the disk is full or the process crashes.
 """
 
 from __future__ import annotations
@@ -12,20 +12,21 @@ from pathlib import Path
 
 
 class AtomicWriter:
-    """A file that is written in blocks; if writing fails, the OSError names the final file."""
+    """A file that is written in blocks; if writing fails, the OSError states the final name."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
 
     @property
     def is_empty(self) -> bool:
-        """True if no block has been written completely."""
+        """True if no block has been written completely so far."""
         return self._whole == 0
 
     def add(self, data: bytes) -> None:
         """Append all of `data`.
 
-        If writing fails, the file is truncated to its previous length, and the error is raised.
+        If writing fails, the file is truncated to its previous length, and the error is raised
+        again.
         """
         left = memoryview(data)
         try:
@@ -42,11 +43,10 @@ class AtomicWriter:
 
 @contextlib.contextmanager
 def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
-    """Open a temporary file that is synced to disk and replaces `path` after the `with` block.
+    """Open a temporary file, which is synced to disk and replaces `path` after the `with` block.
 
     If the `with` block raises an exception or writes nothing, the temporary file is removed and
-    `path` is unchanged.
-    Devices and pipes are written directly.
+    `path` is unchanged. Devices and pipes are written to directly.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
@@ -72,7 +72,7 @@ def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
 def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
     """Write `data` to `path` atomically and sync it to disk.
 
-    Raises OSError if the file cannot be written; an existing file then stays untouched.
+    Raises OSError if the file cannot be written; an existing file is then left unchanged.
     """
     with atomic_open(path) as file:
         file.add(data)
@@ -93,7 +93,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise OSError if a file called `path` could not be written."""
+    """Raise OSError if the file `path` could not be written."""
     file = Path(os.path.realpath(path))
     if file.is_dir():
         raise IsADirectoryError(f"{os.fspath(path)} is a folder")
@@ -116,7 +116,7 @@ def _temp_path(file: Path) -> Path:
 
 
 def _open_temp(new: Path, file: Path, name: str) -> int:
-    """Create the temporary file `new`, which will replace `file`; an OSError names `name`."""
+    """Create the temporary file `new`, which will replace `file`; an OSError refers to `name`."""
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
         return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)

@@ -1,4 +1,4 @@
-"""Error messages for unknown names and for statuses of the core."""
+"""Error messages for unknown names and for status codes of the core."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SKIPPED_PACKAGES = {
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
-    """Return the exception for the status that the core returned for invalid arguments."""
+    """Return the exception for a status that the core returned because of invalid arguments."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
@@ -35,12 +35,12 @@ _SYNONYMS = {  # synonyms from textbooks
 
 
 def unknown_name_message(what: str, name: str, known: Iterable[str]) -> str:
-    """Return an error message for an unknown name that suggests the nearest known one."""
+    """Return an error message for an unknown name, with the closest known name as a suggestion."""
     return f"unknown {what} {short_repr(name)}; {suggest(name, known)}"
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
+    """Return a suggestion with the known name closest to `name`, or a list of all known names."""
     import difflib  # imported here because most programs never need it
 
     names = list(known)
@@ -51,9 +51,9 @@ def suggest(name: str, known: Iterable[str]) -> str:
 
 
 def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
-    """Return a class decorator that makes every assignment raise FrozenInstanceError.
+    """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
-    The message ends with `instead`, in which {} is replaced by the name of the field.
+    The error message ends with `instead`, in which {} is replaced by the name of the attribute.
     """
 
     def decorate(cls: type[_T]) -> type[_T]:
@@ -67,7 +67,7 @@ def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
 
 
 def warn(message: str) -> None:
-    """Issue a UserWarning that points at the user's line of code, however deep the call stack."""
+    """Issue a UserWarning that refers to the user's line of code, however deep the call stack."""
     level, frame = 2, sys._getframe(1)
     while (
         frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _SKIPPED_PACKAGES

@@ -1,4 +1,4 @@
-"""HTML of results, which notebooks display."""
+"""HTML representations of results for display in notebooks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LEFT = ' style="text-align: left"'
 
 
 def format_table(rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
-    """Return a table of texts; markup in the texts is escaped."""
+    """Return an HTML table of the given texts; markup in the texts is escaped."""
     lines = [_format_row("th", head)] if head else []
     lines += [_format_row("td", row) for row in rows]
     return "<table>\n" + "\n".join(lines) + "\n</table>"
@@ -29,22 +29,22 @@ class FigureLike(Protocol):
 
 
 class AxesLike(Protocol):
-    """Axes of matplotlib in a figure."""
+    """A matplotlib Axes that belongs to a figure."""
 
     def get_figure(self) -> Any: ...
 
 
 def render_png(figure: FigureLike) -> bytes:
-    """Return a figure as PNG."""
+    """Render a figure as PNG, and return the bytes."""
     file = BytesIO()
     figure.savefig(file, format="png", dpi=120)
     return file.getvalue()
 
 
 def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
-    """Return HTML of a result: its description, and the figure of the axes from `draw`.
+    """Return HTML that shows the description of a result and the figure drawn by `draw`.
 
-    Returns None if matplotlib is not installed. A notebook then displays the repr.
+    Returns None if matplotlib is not installed. In this case, a notebook displays the repr.
     """
     try:
         figure = draw().get_figure()

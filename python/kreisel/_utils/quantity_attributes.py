@@ -1,6 +1,7 @@
-"""Names of methods and quantities for type checkers.
+"""Names of methods and quantities, for use by type checkers.
 
-Generated from the core's tables by `.ci/names > python/kreisel/_utils/quantity_attributes.py`.
+This file is generated from the core's tables by `.ci/names >
+python/kreisel/_utils/quantity_attributes.py`.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ QuantityName = Literal[
 
 
 class QuantityAttributes:
-    """The quantities of a path besides t, q and m, generated from the core's table."""
+    """The quantities of a path other than t, q and m, generated from the core's table."""
 
     if TYPE_CHECKING:
 

@@ -19,7 +19,7 @@ Quaternion = tuple[float, float, float, float]
 
 
 class SupportsArray(Protocol):
-    """An object that NumPy accepts as an array."""
+    """An object that NumPy can convert to an array."""
 
     def __array__(self) -> npt.NDArray[np.generic]: ...
 
@@ -37,7 +37,7 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
 
 def short_repr(value: object) -> str:
-    """Return a short repr of `value` for an error message; for a large array, only its shape."""
+    """Return a short repr of `value` for error messages; for a large array, only its shape."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
     try:
@@ -76,7 +76,7 @@ def as_float(name: str, value: object) -> float:
 
 
 def as_positive(name: str, value: object) -> float:
-    """Return `value` as a finite float above zero."""
+    """Return `value` as a finite, positive float."""
     real = as_float(name, value)
     if not real > 0.0:
         raise ValueError(f"{name} must be positive, not {short_repr(value)}")
@@ -84,7 +84,7 @@ def as_positive(name: str, value: object) -> float:
 
 
 def as_non_negative(name: str, value: object) -> float:
-    """Return `value` as a finite float that is not negative."""
+    """Return `value` as a finite, nonnegative float."""
     real = as_float(name, value)
     if not real >= 0.0:
         raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
@@ -111,7 +111,7 @@ def as_bool(name: str, value: object) -> bool:
 
 
 def as_unit(name: str, value: object) -> str:
-    """Return `value` as the name of a unit, a printable str that is not empty."""
+    """Return `value` as the name of a unit, which must be a nonempty, printable str."""
     if not isinstance(value, str):
         raise TypeError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
     if not value.strip() or not value.isprintable():
@@ -120,9 +120,9 @@ def as_unit(name: str, value: object) -> str:
 
 
 def as_array(name: str, value: object, what: str) -> Array:
-    """Return `value` as a new array of doubles of any shape.
+    """Convert `value` to a new array of doubles of any shape, and return the array.
 
-    `what` describes the expected form in error messages.
+    `what` describes the expected form of the value in error messages.
     """
     # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
@@ -141,7 +141,7 @@ def as_array(name: str, value: object, what: str) -> Array:
 
 
 def as_finite_array(name: str, value: object, what: str) -> Array:
-    """Return `value` as a new array of finite doubles of any shape; see `as_array` for `what`."""
+    """Convert `value` to a new array of finite doubles; see `as_array` for the argument `what`."""
     numbers = as_array(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
@@ -153,7 +153,7 @@ def as_finite_array(name: str, value: object, what: str) -> Array:
 
 
 def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
-    """Return `value` as a list of `n` finite floats."""
+    """Return `value` as a list of exactly `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
         with contextlib.suppress(OverflowError):  # the common case: this is ten times as fast
             plain = [float(x) for x in value]
@@ -172,7 +172,7 @@ def as_vector(name: str, value: object) -> Vector:
 
 
 def read_only(values: Array) -> Array:
-    """Make `values` read-only and return it."""
+    """Make the array `values` read-only, and return it."""
     values.flags.writeable = False
     return values
 
@@ -190,7 +190,7 @@ def freeze_arrays(value: object) -> None:
 
 
 class ReadOnlyArrays:
-    """A base class that makes the arrays of copied and unpickled objects read-only."""
+    """Base class that keeps the arrays of copied and unpickled objects read-only."""
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
