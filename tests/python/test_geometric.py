@@ -323,12 +323,12 @@ class Search:
     def __init__(self, errors):
         self.errors, self.asked = iter(errors), []
 
-    def run(self, steps):
+    def run_steps(self, steps):
         self.asked.append(steps)
         error = next(self.errors)
         return None if error is None else (np.zeros((1, 8)), error)
 
-    def refine(self, steps, error):
+    def refine_step_count(self, steps, error):
         return steps + 1
 
     def error_not_met(self, why):

@@ -72,7 +72,7 @@ class SignalHandler:
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """The end of a run: the exception that stopped the run, and a checkpoint for resuming it.
 
     The checkpoint is at the last state that all outputs received.
@@ -84,7 +84,7 @@ class Outcome:
 
 def feed_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
-) -> Outcome:
+) -> RunOutcome:
     """Add all pieces of a path to the outputs, and return how the run ended.
 
     `run` provides the checkpoint. If `run` is None, there is no checkpoint.
@@ -97,13 +97,13 @@ def feed_outputs(
         except (Error, Interrupted) as error:
             piece, stopped = error.path, error
         if piece is None:
-            return Outcome(None, checkpoint)
+            return RunOutcome(None, checkpoint)
         try:
             for output in outputs:
-                output.add(piece)
+                output.add_piece(piece)
         except OSError as error:
-            return Outcome(error, checkpoint)
+            return RunOutcome(error, checkpoint)
         if stopped is None and stops.asked:
             stopped = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
         if stopped is not None:
-            return Outcome(stopped, run.checkpoint if run else None)
+            return RunOutcome(stopped, run.checkpoint if run else None)

@@ -72,7 +72,7 @@ class Series(NamedTuple):
         return self.quantity == "q"
 
     @property
-    def width(self) -> int:
+    def residuals_per_row(self) -> int:
         """The number of residuals per row; 3 for an attitude, the components of a rotation."""
         return 3 if self.is_attitude else self.values.shape[1]
 
@@ -173,7 +173,7 @@ class Record(ReadOnlyArrays):
     @property
     def missing(self) -> int:
         """The number of values that are NaN and left out; an attitude counts as 3."""
-        return sum(len(self.t) * one.width for one in self.series) - self.size
+        return sum(len(self.t) * one.residuals_per_row for one in self.series) - self.size
 
     def __repr__(self) -> str:
         names = ", ".join(one.name for one in self.series)

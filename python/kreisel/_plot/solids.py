@@ -21,7 +21,7 @@ _PIECES = 4  # straight pieces that approximate each piece of a profile
 _ROUND = 24  # flat sides that approximate a round tube
 
 
-def project(
+def project_to_view(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return the coordinates of points along the directions right, up, and towards the eye.
@@ -60,7 +60,7 @@ def draw_faces(
     light, the brighter it is. `colour` is one colour for all faces, or an array with one row for
     each face. `edge` is the width of the outlines of the faces [pt].
     """
-    x, y, depth = project(corners, elevation, azimuth)
+    x, y, depth = project_to_view(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
         y[:, 2] - y[:, 0]
     ) > 0.0
@@ -124,7 +124,7 @@ def draw_scale(
     drawing.
     """
     ink = matplotlib.rcParams["text.color"]
-    x, y, _ = project(centre, elevation, azimuth)
+    x, y, _ = project_to_view(centre, elevation, azimuth)
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))

@@ -27,7 +27,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
-from .core_calls import ORIGIN, CoreResult, Origin
+from .core_calls import ORIGIN, CoreResult, RunOrigin
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
@@ -135,7 +135,7 @@ def rounding_growth(
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-    origin: Origin = ORIGIN,
+    origin: RunOrigin = ORIGIN,
 ) -> tuple[CoreResult, float]:
     """Return a result of the core, and the largest growth of an initial rounding error.
 
