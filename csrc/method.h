@@ -76,7 +76,7 @@ typedef struct kr_step_polynomial {
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* Time dependence of the torque that a change of a parameter causes. With STRENGTH, the torque is
+/* The time dependence of the torque that is due to the change of a parameter. With STRENGTH, the torque is
  * proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE and
  * PHASE, the torque is proportional to the derivative of g(t) with respect to this parameter of the
  * shaking. */

@@ -107,7 +107,7 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Returns 1 if lanes can detect the event of the current section. */
+/* Returns 1 if the vectorized code can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
 /* Sets the event of a lane, in the units of a step whose unit of frequency is `rate`, along axes
  * shifted cyclically by `shift`. */

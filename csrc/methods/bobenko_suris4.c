@@ -11,16 +11,15 @@
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The additional rotations about e3 and a are the same in every step. These rotations are not
- * applied step by step. Reading the state after n steps applies both rotations with n times their
- * angles. */
+/* The additional rotations about e3 and a are the same in every step. They are therefore applied only
+ * when a state is read. After n steps, the angles are n times those of a single step. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after the fraction `part` of a corrected kick. */
+/* Returns the momentum after a corrected kick that is scaled by the fraction `part`. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);

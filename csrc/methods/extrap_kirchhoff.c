@@ -3,8 +3,8 @@
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W
  * with the momentum M, the angular velocity W = J^-1 (M - h), the momentum h of the rotor, the
  * lever L, and the space axes E1, E2, E3. All these vectors have components along the body axes.
- * The system has twelve equations, as many as in the rest frame (extrap.c), so that the two
- * formulations can be compared. The method conserves no integrals. */
+ * The system has twelve equations. The formulation in the rest frame (extrap.c) has the same
+ * number of equations, so that the two formulations can be compared. The method conserves no integrals. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])

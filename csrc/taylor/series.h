@@ -1,6 +1,6 @@
 /* The recurrence of taylor.h: coefficients of the series, choice of the step size, and evaluation.
- * This source is compiled twice for each instruction set, after quat_simd.h for doubles and after
- * quat_simd_dd.h for double-double. Three properties make the recurrence fast. Every sum starts
+ * This file is included twice for each instruction set: after quat_simd.h for doubles, and after
+ * quat_simd_dd.h for double-double numbers. Three properties make the recurrence fast. Every sum starts
  * with its middle terms and proceeds outwards, so that the two newest coefficients are needed last.
  * The terms (j, m) and (m, j) are added in parallel. The order is a compile-time constant, so that
  * loops can be unrolled. */

@@ -465,7 +465,7 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
                                     first[i * words].at);
 }
-/* Converts a change of the momentum from the body frame to space. For up to 16 digits, the rotation
+/* Converts a deviation of the momentum from the body frame to the space frame. For up to 16 digits, the rotation
  * is computed in doubles, like that of the state. In double-double, the rotation would dominate the
  * cost of an output. */
 static vec_dd push_in_space(const kr_motion *motion, quat_dd q, vec_dd push)

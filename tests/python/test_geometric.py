@@ -372,7 +372,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
 
 def test_large_errors_are_not_extrapolated():
     search = SimpleNamespace(target=0.01, order=4)
-    finer = step_search.StepSearch.refine
+    finer = step_search.StepSearch.refine_step_count
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400
     assert finer(search, 100, 0.0999) == 224
     assert finer(search, 100, 0.0) == 111

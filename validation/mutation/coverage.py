@@ -59,7 +59,7 @@ def measure_core(tests):
 
 
 def build_with_counters(tree, objects):
-    """Compile with branch counters, and without optimization, which would merge branches.
+    """Compile with branch counters. Optimization is off, because it would merge branches.
 
     Code that is generated for each order, or inlined in several places, is counted as one function.
     The counters are atomic because of threads.

@@ -76,8 +76,8 @@ class Apex:
         The complete periods extend from the first to the last lowest point of the trace. The
         function kreisel.exact computes the same numbers from a scene. Turning points between states
         are found by cubic interpolation. The means are accurate to four digits with 50 states per
-        nutation, and to seven digits with 400. If the heights differ by less than 1e-9, the motion
-        is steady precession, and the period is NaN.
+        nutation period, and to seven digits with 400 states. If the heights differ by less than
+        1e-9, the motion is steady precession, and the period is NaN.
 
         Raises ValueError for a body that is not a Lagrange top, because its nutation is not
         periodic in general, and for a support that moves. Also raises ValueError if the path has no

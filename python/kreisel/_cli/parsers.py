@@ -117,7 +117,7 @@ A_SCENE = complete_one(about, files=True)
 def translate_errors(options: Collection[str]) -> Iterator[None]:
     """Return a context manager that turns exceptions of the package into errors of a command.
 
-    Arguments in the messages are written as the options of the command.
+    In the messages, the names of arguments are replaced by the options of the command.
     """
     try:
         yield

@@ -255,7 +255,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return the fit with the best solution of a search session."""
+    """Return a Fit built from the best solution that a search found."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)

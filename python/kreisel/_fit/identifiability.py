@@ -1,4 +1,4 @@
-"""Directions of the parameters along which no residual changes, and their descriptions.
+"""Directions in parameter space along which all residuals stay constant, with descriptions.
 
 Each generator is a change of the parameters that leaves some kinds of measurements unchanged. The
 blind directions of a fit are compared with all generators. A blind direction that matches no

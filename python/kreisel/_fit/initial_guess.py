@@ -8,9 +8,9 @@ to the centre of mass,
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
 is linear in J, D, f, m0, M c and the size of h. If only a gyroscope recorded the motion, R is known
-relative to the first attitude. The equation is then linear in the products of the components of c
-and of the unknown vertical. The turning of the support is neglected in this case. The trace e of
-the apex of a symmetric top satisfies
+only relative to the first attitude. The equation is then linear in the products of the components
+of c and of the unknown vertical. The turning of the support is neglected in this case. The trace e
+of the apex of a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 

@@ -167,7 +167,7 @@ class Record(ReadOnlyArrays):
 
     @property
     def size(self) -> int:
-        """The number of measured numbers; an attitude counts as 3."""
+        """The number of measured values; an attitude counts as 3."""
         return sum(int(_count_measured_numbers(one)) for one in self.series)
 
     @property

@@ -46,11 +46,11 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The directions that the residuals determine, and the blind directions, in natural units.
+    """The covariance of the parameters, and the directions that the residuals do not determine.
 
-    natural  (size,) the natural sizes of the parameters factor   (size, k) whose product with its
-    transpose is the covariance blind    (size, l) unit vectors along the changes that do not affect
-    any residual
+    natural  (size,) the natural sizes of the parameters, which are the units of the other fields
+    factor   (size, k) the matrix F for which F F^T is the covariance
+    blind    (size, l) unit vectors along the changes that do not affect any residual
     """
 
     natural: Array

@@ -297,7 +297,7 @@ def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter of the attitudes, and the attitudes as quaternions (w, x, y, z).
+    """Return the attitudes, as a Parameter and as an array of quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.

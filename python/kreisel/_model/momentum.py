@@ -1,4 +1,4 @@
-"""Angular momentum in space from any parameter that determines it.
+"""Angular momentum in the space frame, from any argument that determines it.
 
 For one top the components are floats; for an ensemble they are arrays.
 """

@@ -19,8 +19,8 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body that a TOML table describes.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. `rotor` may accompany this table. `elsewhere` maps a misplaced key to the table
-    where it belongs.
+    constructor. The key `rotor` is allowed beside this table. `elsewhere` maps a misplaced key to
+    the table where it belongs.
     """
     words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():

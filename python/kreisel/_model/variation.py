@@ -145,7 +145,7 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Return the parameters `given`, and Euler's angles and rates for spin, tilt and precession.
+    """Return `given`, and the Euler angles and rates that follow from spin, tilt and precession.
 
     Values that are not given are taken from the scene. `steady` contains two flags: whether the
     precession is steady, and whether it is the faster of the two steady precessions.

@@ -129,7 +129,7 @@ def make_plan(
     choice: StepChoice | None = None,
     times: Array | None = None,
 ) -> Plan:
-    """Return the plan of a solve of `scene` that records `states` states.
+    """Return the plan of a call of kreisel.solve that records `states` states of `scene`.
 
     `times` are the times of kreisel.solve, on which the choice of 'auto' can depend. For runs and
     ensembles, `times` is None.

@@ -59,7 +59,7 @@ class Animatable(Protocol):
 
 @refuse_assignment("path.animate({}=...) returns a new film")
 class Film:
-    """A film of a path, to be saved to a file or shown in a notebook.
+    """An animation of a path, to be saved to a file or shown in a notebook.
 
     t    (n,) evenly spaced times of the frames [T]
     fps  number of frames per second
@@ -171,7 +171,7 @@ def make_film(
     size: int,
     time_unit: str | None = None,
 ) -> Film:
-    """Return a film of a path; if `file` is given, save the film.
+    """Return an animation of a path, and save the animation if `file` is given.
 
     All arguments are validated before any state is computed.
     """

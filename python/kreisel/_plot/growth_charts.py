@@ -25,7 +25,7 @@ _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
 class TopVerdicts(Protocol):
-    """An indicator of chaos with the verdicts of its tops."""
+    """An indicator of chaos with a verdict on each top."""
 
     @property
     def name(self) -> str: ...

@@ -79,7 +79,7 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 
 
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow on the floor of the faces with the given `corners`.
+    """Draw the shadow that the faces with the given `corners` cast on the floor.
 
     The shadow is that of an extended light source. The shadow is sharp where the body is near the
     floor, and soft where the body is higher.

@@ -17,7 +17,7 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
-    """Return an index as a slice or an array of indices below n.
+    """Convert an index to a slice, or to an array of indices from 0 to n - 1.
 
     An integer becomes a slice of length 1. Raises TypeError or IndexError for an invalid index.
     """

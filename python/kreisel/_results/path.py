@@ -317,7 +317,7 @@ class Path(ReadOnlyArrays, Tables):
         size: int = 480,
         time_unit: str | None = None,
     ) -> Film:
-        """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
+        """Return an animation of the moving body with the trace of its apex, drawn with matplotlib.
 
         A notebook displays the film, and the film can be written to a file. A body that is
         symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The

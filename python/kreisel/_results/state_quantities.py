@@ -209,8 +209,8 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The error is estimated by the largest last term of the Taylor series of the tangents. The
-        steps are chosen for the accuracy of the path, not of the tangents.
+        The error estimate is the last term of the Taylor series of the tangents, maximized over the
+        steps. The steps are chosen for the accuracy of the path, not of the tangents.
 
         For a kreisel.ExactTorus, the error is the largest difference between tangents of orders 6
         and 8. This difference is relative to the tangent or, for a small tangent, to the magnitude

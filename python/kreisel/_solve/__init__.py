@@ -1,1 +1,1 @@
-"""Functions that compute motions: solve, runs, closed forms, sections and indicators of chaos."""
+"""Functions that compute motions, closed-form solutions, Poincare sections and chaos indicators."""

@@ -85,8 +85,8 @@ class Exact(_ClosedForm):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    The axis is the symmetry axis of the body. A free body without symmetry has no such axis. For
-    such a body, the axis is the principal axis about which the angular momentum circulates in the
+    The axis is the symmetry axis of the body. For a free body without a symmetry axis, the axis
+    is the principal axis about which the angular momentum circulates in the
     body. The angle between this axis and the momentum is acute. The axis completes two nutations
     while the momentum circulates once. The period of body_velocity is therefore twice `period`, as
     T in Landau and Lifshitz, Mechanics, section 37.

@@ -53,8 +53,8 @@ class ExactEnsemble:
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
     computed on first access. All values are those that kreisel.exact returns for each scene alone,
-    and the states are bitwise equal. The attributes of the turning points raise ValueError if a
-    scene has no turning points.
+    and the states are bitwise equal. The turning-point attributes raise ValueError if any motion
+    has no turning points.
 
     frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
     values are NaN for all other tops.

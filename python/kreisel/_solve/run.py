@@ -591,7 +591,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. If there are events, 'auto' means taylor, which finds events."""
+    """Return the options of a run. With events, the method 'auto' stands for 'taylor'."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

@@ -6,9 +6,9 @@ pi. All loops that can be deformed into each other on the torus have the same ac
 chosen loop, one angle of the torus makes a full turn. The integrand is periodic and analytic. The
 trapezoidal rule therefore converges exponentially.
 
-The attitude of a Goryachev-Chaplygin top does not return at the end of such a loop. The reason is
-that its heading is not a function of the two angles. The one-form does not depend on the heading if
-<m, e3> is zero. The space axes are therefore replaced by m/|m|, e3 x m/|m| and e3.
+The attitude of a Goryachev-Chaplygin top does not return to its initial value at the end of such a
+loop, because the heading is not a function of the two angles. The one-form does not depend on the
+heading if <m, e3> is zero. The space axes are therefore replaced by m/|m|, e3 x m/|m| and e3.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """

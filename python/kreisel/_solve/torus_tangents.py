@@ -161,7 +161,8 @@ def _rotation_between(one: Array, other: Array) -> Array:
     """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
 
     The signs of the quaternions do not matter. To first order, the result is the rotation vector.
-    The result is computed from the difference of the quaternions, which is exact if they are close.
+    The result is computed from the difference of the quaternions. This difference is exact if the
+    quaternions are close.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one

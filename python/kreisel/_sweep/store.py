@@ -4,10 +4,10 @@ A file is written under a temporary name and then renamed, so that a file with i
 always complete. An existing part is valid if it belongs to this plan, was written by this version
 of kreisel, and has a correct checksum.
 
-File names of parts are reserved for the sweep. A file with the name of a part is replaced with a
-warning, unless the file is a valid part with this number. Two things are never replaced: a folder,
-and a complete part of another plan, which may have taken long to compute. Files with other names
-are not changed.
+The names of part files are reserved: do not use these names for other files. A file with the name
+of a part is replaced with a warning, unless the file is a valid part with this number. Two things
+are never replaced: a folder, and a complete part of another plan, which may have taken long to
+compute. Files with other names are not changed.
 """
 
 from __future__ import annotations
