@@ -20,7 +20,7 @@ typedef struct {
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after the fraction `part` of a corrected kick. */
+/* Returns the momentum after a corrected kick that is scaled by the fraction `part`. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);

@@ -77,23 +77,23 @@ static inline splitting_body splitting_body_of(const splitting *s)
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Rotates by the angle 2 * half about axis 0, where axes 0, 1 and 2 are a cyclic permutation of N,
- * B and T. The arguments m1 and m2 are the components of the momentum along axes 1 and 2. The
- * arguments w, r0, r1, r2 are the components of splitting_body.r. */
-static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
-                                  double *r1, double *r2)
+/* Rotates by the angle 2 * half about axis i, where (i, j, k) is a cyclic permutation of the axes.
+ * The arguments mj and mk are the components of the momentum along axes j and k. The arguments w,
+ * ri, rj and rk are the components of splitting_body.r. */
+static inline void splitting_turn(double half, double *mj, double *mk, double *w, double *ri,
+                                  double *rj, double *rk)
 {
-    const double y = *m1, z = *m2, a = *w, b = *r0, p = *r1, q = *r2;
+    const double y = *mj, z = *mk, a = *w, b = *ri, p = *rj, q = *rk;
     double c, s;
     less_one_sinc(half * half, &c, &s);
     s *= half;
     const double turn = 2.0 * (s + s * c), back = 2.0 * s * s;
-    *m1 = y + (turn * z - back * y);
-    *m2 = z - (turn * y + back * z);
+    *mj = y + (turn * z - back * y);
+    *mk = z - (turn * y + back * z);
     *w = a + (c + (c * a - s * b));
-    *r0 = b + (s + (c * b + s * a));
-    *r1 = p + (c * p + s * q);
-    *r2 = q + (c * q - s * p);
+    *ri = b + (s + (c * b + s * a));
+    *rj = p + (c * p + s * q);
+    *rk = q + (c * q - s * p);
 }
 /* Rotates about N. The function is not inline, because symmetric bodies do not need it, and their
  * code is faster without it. */

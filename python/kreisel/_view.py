@@ -28,7 +28,7 @@ _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
-class _Body(TypedDict):
+class _BodyData(TypedDict):
     mass: float
     inertia: list[float]
     com: Vector
@@ -40,13 +40,13 @@ class _PathTrack(TypedDict):
     states: str
 
 
-class _Scene(TypedDict):
+class _ViewerScene(TypedDict):
     """The data read by the viewer: a scene and its display options."""
 
     version: int
     name: str
     about: str
-    body: _Body
+    body: _BodyData
     attitude: Quaternion
     momentum: Vector
     gravity: float
@@ -68,7 +68,7 @@ class View:
     scene  the data of the scene, in the format of the viewer's JSON export
     """
 
-    scene: _Scene
+    scene: _ViewerScene
 
     @property
     def html(self) -> str:
@@ -176,7 +176,7 @@ def view(
 
 def _viewer_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_PathTrack]
-) -> _Scene:
+) -> _ViewerScene:
     name = name_of(scene)
     return {
         "version": 1,
@@ -198,7 +198,7 @@ def _viewer_scene(
     }
 
 
-def _body_data(scene: Scene) -> _Body:
+def _body_data(scene: Scene) -> _BodyData:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "

@@ -97,9 +97,9 @@ class Event:
 
     terms      terms (factor, index, index) of the function g, with the indices of components
     where      terms of a function that must be positive at the event; empty for no condition
-    extremum   False: g crosses zero; True: g has an extremum direction  1: g rises, or has a
-    minimum; -1: g falls, or has a maximum; 0: either max_count  largest number of events to record;
-    None for no limit
+    extremum   False: g crosses zero; True: g has an extremum
+    direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
+    max_count  largest number of events to record; None for no limit
     terminal   True: the path ends at the event, or at event number `max_count` if that is given
     """
 

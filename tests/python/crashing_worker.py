@@ -27,7 +27,9 @@ def kill_once(flag, moment):
         return write(self, i, part)
 
     def first_compute(store, tops, threads, _):
-        return compute(store, tops, threads, end if tops == store.plan.tops_of(2) else None)
+        return compute(
+            store, tops, threads, end if tops == store.plan.list_tops_of_part(2) else None
+        )
 
     if moment == "moves":
         runner.compute_part = first_compute

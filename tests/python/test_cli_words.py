@@ -254,7 +254,7 @@ def test_too_many_states_are_refused_in_the_shell(tmp_path):
 def test_shell_grids_of_zero_length_contain_their_start():
     assert cli.main is not None
     for word in ("0:0:0.1", "0:0:-0.1", "2:2:-1"):
-        t = shell_times.times(word).array()
+        t = shell_times.times(word).to_array()
         assert t.tolist() == [float(word[0])]
     with pytest.raises(Exception, match="too many times"):
         shell_times.times(f"0:{2**53}:1")

@@ -235,7 +235,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     cover = starts._SphereCells(*(np.array([x]) for x in (-1.0, 0.0, 1.0, 0.5 * math.pi)))
     whole = cover
     for _ in range(5):
-        whole = whole.split()
+        whole = whole.halve_cells()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
     centres_and_reaches, reach = whole.centres_and_reaches()
@@ -247,9 +247,9 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     )
     away = np.arccos(np.clip((corners * centres_and_reaches).sum(axis=-1), -1.0, 1.0))
     assert (away <= reach + 1e-7).all() and reach.max() < 0.75
-    tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).split()
+    tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).halve_cells()
     assert tall.tall.tolist() == [0.5, 0.5] and tall.height.tolist() == [-0.5, 0.0]
-    wide = starts._SphereCells(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).split()
+    wide = starts._SphereCells(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).halve_cells()
     assert wide.wide.tolist() == [1.0, 1.0] and wide.angle.tolist() == [1.0, 2.0]
 
 

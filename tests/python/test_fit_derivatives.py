@@ -62,7 +62,9 @@ def make_model(name, scene, free):
     parameters = Parameters(scene, parse_free(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.natural_sizes(parameters.start), 1.0)
-    return model, model.move(parameters.start, 0.03 * natural * rng.normal(size=parameters.size))
+    return model, model.move_within_bounds(
+        parameters.start, 0.03 * natural * rng.normal(size=parameters.size)
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,7 +104,9 @@ def check_jacobian(model, point):
         step = np.zeros(jacobian.shape[1])
         step[k] = 1e-4 * model.natural_sizes(point)[k]
         there = {
-            i: model.evaluate(model.move(point, i * step), has_jacobian=False).residuals
+            i: model.evaluate(
+                model.move_within_bounds(point, i * step), has_jacobian=False
+            ).residuals
             for i in (-2, -1, 1, 2)
         }
         difference = (8.0 * (there[1] - there[-1]) - (there[2] - there[-2])) / 12e-4

@@ -224,13 +224,16 @@ def test_derivatives_of_shooting_gaps_are_right(words):
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
     parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.start_on_motion_of(parameters.start)
+    pieces = model.place_on_motion(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
     natural = np.minimum(model.natural_sizes(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
-        there = [model.evaluate(model.move(pieces, sign * step)).residuals for sign in (1.0, -1.0)]
+        there = [
+            model.evaluate(model.move_within_bounds(pieces, sign * step)).residuals
+            for sign in (1.0, -1.0)
+        ]
         difference = (there[0] - there[1]) / 2e-5
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()
 
@@ -248,7 +251,7 @@ def test_derivatives_are_right_after_stops():
     jacobian = model.evaluate(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)
-        ends = [model.move(parameters.start, sign * step) for sign in (1.0, -1.0)]
+        ends = [model.move_within_bounds(parameters.start, sign * step) for sign in (1.0, -1.0)]
         there = [model.evaluate(end, has_jacobian=False).residuals for end in ends]
         difference = (there[0] - there[1]) / 2e-6
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(jacobian).max()

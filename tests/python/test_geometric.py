@@ -323,12 +323,12 @@ class Search:
     def __init__(self, errors):
         self.errors, self.asked = iter(errors), []
 
-    def run(self, steps):
+    def run_steps(self, steps):
         self.asked.append(steps)
         error = next(self.errors)
         return None if error is None else (np.zeros((1, 8)), error)
 
-    def refine(self, steps, error):
+    def refine_step_count(self, steps, error):
         return steps + 1
 
     def error_not_met(self, why):
@@ -372,7 +372,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
 
 def test_large_errors_are_not_extrapolated():
     search = SimpleNamespace(target=0.01, order=4)
-    finer = step_search.StepSearch.refine
+    finer = step_search.StepSearch.refine_step_count
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400
     assert finer(search, 100, 0.0999) == 224
     assert finer(search, 100, 0.0) == 111

@@ -28,8 +28,8 @@ def test_equal_options_share_one_request():
     assert one.step_with_sign(True) == -0.1 and one.step_with_sign(False) == 0.1
     assert solve_options.parse_options(TOP, "taylor").step_with_sign(True) is None
     assert (
-        one.safe_horizon == 2.0**52 * 0.1
-        and solve_options.parse_options(TOP, "taylor").safe_horizon == math.inf
+        one.step_count_horizon == 2.0**52 * 0.1
+        and solve_options.parse_options(TOP, "taylor").step_count_horizon == math.inf
     )
     assert (
         solve_options.parse_options(TOP, "taylor").chunk_size > one.chunk_size == times.CHUNK_SIZE

@@ -1,4 +1,4 @@
-"""Times of a run as lists, grids and iterators: order, number and memory use."""
+"""Output times given as lists, grids or iterators: their order, number and memory use."""
 
 import math
 

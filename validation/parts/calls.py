@@ -187,7 +187,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
 
 
 def measure_band(own, peers, target, rounds):
-    """Return the times of kreisel's two calls and of heyoka's call at one error."""
+    """Return the times of kreisel's two calls and of heyoka's call for the same error."""
     ours, theirs = select_bracket(own, target), select_bracket(peers, target)
     calls = {
         HEYOKA: [make_heyoka_call(run) for run, _ in theirs],

@@ -76,7 +76,10 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield, for each target error, kreisel's time per top [us] and others' relative times."""
+    """Yield the times per top at each target error.
+
+    kreisel's time is in microseconds. The times of the other libraries are relative to that time.
+    """
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):

@@ -124,7 +124,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order falls short by one or more.
+    """Return True if the observed order is below the nominal order by one or more.
 
     The order cannot be observed if the errors are large or near rounding level.
     """

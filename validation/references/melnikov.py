@@ -6,8 +6,8 @@ axial momentum c changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e
 a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The Melnikov integral is taken along
-the separatrix that has its lowest point at spin angle 0. Near the upright position, the apex
-departs at the exponential rate s, and the spin angle changes at the rate w. By Chirikov's
+the separatrix that has its lowest point at spin angle 0. Near the upright position, the
+nutation grows exponentially at the rate s, and the spin angle changes at the rate w. By Chirikov's
 criterion, swings are chaotic for |c - <m, e3>| up to 2 w e A / s.
 
 Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,

@@ -105,6 +105,6 @@ def body_velocity(path):
 
 
 def rotation_quaternions(angles):
-    """Return the quaternions of rotation vectors in rows."""
+    """Return one quaternion for each rotation vector (one vector per row)."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

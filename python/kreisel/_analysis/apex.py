@@ -108,9 +108,9 @@ class Apex:
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
-        turned = self._interpolate_at(self.azimuth, last) - self._interpolate_at(
-            self.azimuth, first
-        )
+        turned = self._interpolate_between_states(
+            self.azimuth, last
+        ) - self._interpolate_between_states(self.azimuth, first)
         greatest, least = (
             float(np.mean([self._nutation_at(t) for t in times])) for times in (low, high)
         )
@@ -139,9 +139,9 @@ class Apex:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
+        return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
 
-    def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
+    def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
         """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
 
         If the path has fewer than four states, all states are returned.
@@ -155,11 +155,15 @@ class Apex:
         The angle is computed from the interpolated height and squared distance of the apex from the
         vertical. Both functions are smooth, so the result is accurate even near the vertical.
         """
-        square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
-        return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))
+        square = self._interpolate_between_states(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
+        return math.atan2(
+            math.sqrt(max(square, 0.0)), self._interpolate_between_states(self.height, t)
+        )
 
-    def _interpolate_at(self, values: Array, t: float) -> float:
-        return _interpolate(*self._neighbours(int(np.searchsorted(self.t, t)), values), t)
+    def _interpolate_between_states(self, values: Array, t: float) -> float:
+        return _interpolate_polynomial(
+            *self._nearest_four_states(int(np.searchsorted(self.t, t)), values), t
+        )
 
 
 def apex(path: Path) -> Apex:
@@ -172,7 +176,7 @@ def apex(path: Path) -> Apex:
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
-def _interpolate(t: Array, values: Array, at: float) -> float:
+def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
     """Return the value at time `at` of the polynomial that interpolates the points (t, values)."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
@@ -187,5 +191,7 @@ def _find_zero(t: Array, values: Array) -> float:
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _interpolate(t, values, middle) < 0.0 else (low, middle)
+        low, high = (
+            (middle, high) if _interpolate_polynomial(t, values, middle) < 0.0 else (low, middle)
+        )
     return 0.5 * (low + high)

@@ -129,7 +129,7 @@ class _Run:
     path: Path | None = None
     failure: str = ""
 
-    def repeat(self) -> None:
+    def repeat_run(self) -> None:
         begin = time.perf_counter()
         try:
             self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
@@ -202,7 +202,7 @@ def compare(
     try:
         reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, by_step)
         for done in range(rounds * len(runs)):
-            runs[done % len(runs)].repeat()
+            runs[done % len(runs)].repeat_run()
             if tell is not None:
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:

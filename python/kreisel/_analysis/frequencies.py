@@ -40,7 +40,7 @@ from .._utils.validation import (
 )
 from ..quaternion import multiply, turn
 from .torus_rates import compute_torus_rates
-from .turns import Waves, compute_motion, count_turns
+from .turns import Waves, compute_axis_motion, count_turns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,7 +148,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     count, t = as_int("n", n, 1), path.t
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
-    if path.scene._is_damped:
+    if path.scene._has_damping:
         raise ValueError("a damped top has no frequencies, because its motion decays")
     _refuse_support(path.scene)
     _refuse_free_rotor(path)
@@ -207,7 +207,7 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
     principal, east = path.frame, _perpendicular_unit_vector(up)
     axis, first = along @ principal, _perpendicular_unit_vector(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = compute_motion(path, up, along, east)
+    motion = compute_axis_motion(path, up, along, east)
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:

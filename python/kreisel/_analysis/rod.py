@@ -166,7 +166,7 @@ def rod(path: Path) -> Rod:
         ((101, 3), True)
     """
     check_type("path", path, Path)
-    if path.scene._is_damped:
+    if path.scene._has_damping:
         raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     refuse_disturbances(path.scene, "Kirchhoff's analogy has no rod for a top")
     body = path.scene.body

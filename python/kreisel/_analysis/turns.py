@@ -30,7 +30,7 @@ _SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc c
 _STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an arc ends at a pole
 
 
-class Motion(NamedTuple):
+class AxisMotion(NamedTuple):
     """States of an axis relative to a direction.
 
     z        projection of the axis onto the plane perpendicular to the direction
@@ -77,11 +77,11 @@ class _Arcs(NamedTuple):
     z1: Waves
     rate1: Waves
 
-    def select(self, at: Flags) -> _Arcs:
+    def select_arcs(self, at: Flags) -> _Arcs:
         columns: Any = (column[at] for column in self)
         return _Arcs(*columns)
 
-    def split(self, z: Waves, rate: Waves) -> _Arcs:
+    def halve_arcs(self, z: Waves, rate: Waves) -> _Arcs:
         """Return both halves of each arc, given z and its derivative at the intermediate time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
@@ -104,13 +104,13 @@ class _ArcAngles(NamedTuple):
     distance: Array
 
 
-def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
+def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
     """Compute the motion of the body axis `along`, in principal-axis components, about `up`.
 
     `east` is the direction perpendicular to `up` in which z is real.
     """
     axis, velocity = along @ path.frame, path.velocity
-    return Motion(
+    return AxisMotion(
         *_horizontal_components(axis, velocity, up, east),
         axis @ up,
         velocity @ up,
@@ -119,7 +119,7 @@ def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
 
 
 def count_turns(
-    path: Path, motion: Motion, about: Waves, up: Array, along: Array, east: Array
+    path: Path, motion: AxisMotion, about: Waves, up: Array, along: Array, east: Array
 ) -> Turns:
     """Count the turns between the states of `path`; `about` is sin(nutation) exp(i spin_angle)."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
@@ -133,7 +133,7 @@ def count_turns(
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
         np.minimum.at(nearest, known, found.distance[found.is_known])
-        arcs = arcs.select(~found.is_known)
+        arcs = arcs.select_arcs(~found.is_known)
         if not arcs.parent.size:
             break
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
@@ -141,7 +141,7 @@ def count_turns(
         if k == 0:
             angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
-        arcs = arcs.split(*half)
+        arcs = arcs.halve_arcs(*half)
     # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
     # n gaps. But a pass through a pole to within THROUGH is no coincidence, and is trusted.
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
@@ -179,7 +179,7 @@ def _distance_to_line(z: Waves, rate: Waves) -> Array:
 
 
 def _spin_angles(
-    motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices
+    motion: AxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
     """Return the angles by which the body turns about its axis between states.
 

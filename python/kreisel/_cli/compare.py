@@ -75,7 +75,7 @@ def compare(
     with translate_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
-            table = compared(scene, t.argument(), *words)
+            table = compared(scene, t.to_solve_argument(), *words)
         except CompareInterrupted as error:
             table, stopped = error.table, error
     if csv_file == "-":

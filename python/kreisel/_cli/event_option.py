@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 
 from .._model.scene import Scene
-from .._utils.errors import suggest
+from .._utils.errors import suggest_name
 from ..events import MAKERS, Event
 from .parsers import UsageError, numbers
 
@@ -22,7 +22,7 @@ def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | No
 def _parse_event(scene: Scene, word: str) -> Event:
     name, *fields = word.split(":")
     if name not in MAKERS:
-        raise UsageError(f"unknown event {name!r}; {suggest(name, MAKERS)}")
+        raise UsageError(f"unknown event {name!r}; {suggest_name(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
     free = _positional_names(maker)

@@ -23,7 +23,7 @@ _OPTIONS = ("free", "sigma", "loss", "pieces", "point")
 _NOT_CONVERGED = 1  # exit code
 
 
-def _split_pair(option: str, words: str) -> tuple[str, str]:
+def _parse_assignment(option: str, words: str) -> tuple[str, str]:
     name, equals, value = words.partition("=")
     if not (equals and name and value):
         raise UsageError(f"{option} {words}: write QUANTITY=VALUE")
@@ -34,7 +34,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
     """Return a dict that maps each quantity to its columns, or None if no columns were given."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
-        quantity, value = _split_pair("--column", words)
+        quantity, value = _parse_assignment("--column", words)
         columns[quantity] = value.split(",") if "," in value else value
     return columns or None
 
@@ -44,7 +44,7 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])
-        pairs = (_split_pair("--sigma", words) for words in given)
+        pairs = (_parse_assignment("--sigma", words) for words in given)
         return {quantity: float(value) for quantity, value in pairs} or None
     except ValueError:
         raise UsageError(f"--sigma {' '.join(given)}: the value must be a number") from None

@@ -13,7 +13,7 @@ from .._analysis.method_table import format_methods_page
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
-from .._utils.errors import suggest
+from .._utils.errors import suggest_name
 from ..scenes import about, get_scene
 from .parsers import UsageError, complete_one
 
@@ -78,7 +78,7 @@ def scenes(name: str | None) -> None:
     if name is None:
         _print_table(("scene", "description"), list(about.items()))
     elif name not in about:
-        raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
+        raise UsageError(f"unknown scene {name!r}; {suggest_name(name, about)}")
     else:
         click.echo(f"# {about[name]}\n{get_scene(name).to_toml()}", nl=False)
 

@@ -38,7 +38,7 @@ Columns = Mapping[str, Sequence[object]]
 class Output(Protocol):
     """An output that receives a path in consecutive chunks."""
 
-    def add(self, piece: Path) -> None:
+    def add_piece(self, piece: Path) -> None:
         """Add the states of the next chunk to the output."""
 
 
@@ -80,7 +80,7 @@ class CsvOutput:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
-    def add(self, piece: Path) -> None:
+    def add_piece(self, piece: Path) -> None:
         """Write the rows of the next chunk."""
         table = columns_as_lists(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
@@ -100,12 +100,12 @@ class PathCollector:
 
     pieces: list[Path] = field(default_factory=list)
 
-    def add(self, piece: Path) -> None:
+    def add_piece(self, piece: Path) -> None:
         """Append the next piece."""
         self.pieces.append(piece)
 
     @property
-    def path(self) -> Path:
+    def whole_path(self) -> Path:
         """The path obtained by joining all chunks."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
@@ -135,7 +135,7 @@ class EventCollector:
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
-    def add(self, piece: Path) -> None:
+    def add_piece(self, piece: Path) -> None:
         """Append the events of the next chunk."""
         self.parts.append((piece.events, output_names(piece)))
 
@@ -153,7 +153,7 @@ class EventCollector:
                 whole.setdefault(name, []).extend(column)
         return whole
 
-    def show(self) -> None:
+    def print_output(self) -> None:
         """Print the first events to standard output."""
         table = self.table()
         names = ("event", "t", "direction")
@@ -174,19 +174,19 @@ class Summary:
         self._change = self._size = 0.0
         self._last: Path | None = None
 
-    def add(self, piece: Path) -> None:
+    def add_piece(self, piece: Path) -> None:
         """Add the states of the next chunk."""
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add(piece, output_names(piece))
+        self._table.add_states(piece, output_names(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy_scale(piece)
             self._change = max(self._change, piece.energy_error * size)
             self._size = max(self._size, size)
 
-    def show(self) -> None:
+    def print_output(self) -> None:
         """Print the summary to standard output."""
         path = self._last
         if path is None:
@@ -195,7 +195,7 @@ class Summary:
         ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
         click.echo(f"{self._table.rows} states by {path.method}: {ran}")
         if self._table.rows:
-            self._table.show()
+            self._table.print_table()
         if self._size:
             click.echo(f"energy error {self._change / self._size:.2g}")
         if path.plan.choice:

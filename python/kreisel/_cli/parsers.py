@@ -12,10 +12,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from .._model.scene import Scene, parse_toml
-from .._model.toml import prefix_errors, read_limited
+from .._model.toml import prefix_errors, read_limited_text
 from .._options.methods import methods, unknown_method_message
 from .._options.quantities import RECORDABLE
-from .._utils.errors import suggest
+from .._utils.errors import suggest_name
 from ..scenes import about, get_scene
 
 Completion = list[CompletionItem[str]]
@@ -61,12 +61,12 @@ def _read_scene(word: str) -> Scene:
     try:
         if word == "-":
             return prefix_errors(
-                "standard input", lambda: parse_toml(read_limited(sys.stdin.buffer))
+                "standard input", lambda: parse_toml(read_limited_text(sys.stdin.buffer))
             )
         return Scene.from_toml(word)
     except FileNotFoundError:
         raise click.BadParameter(
-            f"there is no file or named scene {word!r}; {suggest(word, about)}",
+            f"there is no file or named scene {word!r}; {suggest_name(word, about)}",
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:
@@ -122,12 +122,14 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise UsageError(to_cli_terms(str(error), options)) from None
+        raise UsageError(replace_arguments_by_options(str(error), options)) from None
     except MemoryError as error:
-        raise UsageError(to_cli_terms(str(error), options) or "it needs more memory") from None
+        raise UsageError(
+            replace_arguments_by_options(str(error), options) or "it needs more memory"
+        ) from None
 
 
-def to_cli_terms(message: str, options: Collection[str]) -> str:
+def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
     """Return `message` with arguments rewritten as options: step=0.01 becomes --step 0.01."""
     if not options:
         return message

@@ -72,7 +72,7 @@ class SignalHandler:
 
 
 @dataclass
-class Outcome:
+class RunOutcome:
     """The outcome of a run: the exception that stopped it, if any, and a checkpoint to resume it.
 
     The checkpoint is taken at the last state received by all outputs.
@@ -84,8 +84,8 @@ class Outcome:
 
 def feed_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
-) -> Outcome:
-    """Pass all chunks of a path to the outputs, and return how the run ended.
+) -> RunOutcome:
+    """Add all pieces of a path to the outputs, and return how the run ended.
 
     `run` provides the checkpoint. If `run` is None, no checkpoint is made.
     """
@@ -97,13 +97,13 @@ def feed_outputs(
         except (Error, Interrupted) as error:
             piece, stopped = error.path, error
         if piece is None:
-            return Outcome(None, checkpoint)
+            return RunOutcome(None, checkpoint)
         try:
             for output in outputs:
-                output.add(piece)
+                output.add_piece(piece)
         except OSError as error:
-            return Outcome(error, checkpoint)
+            return RunOutcome(error, checkpoint)
         if stopped is None and stops.asked:
             stopped = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
         if stopped is not None:
-            return Outcome(stopped, run.checkpoint if run else None)
+            return RunOutcome(stopped, run.checkpoint if run else None)

@@ -21,7 +21,7 @@ from .outputs import (
     write_bytes,
 )
 from .parsers import UsageError
-from .progress import Outcome
+from .progress import RunOutcome
 from .table import AngleOptions
 
 _Command = TypeVar("_Command", bound=Callable[..., object])
@@ -103,37 +103,37 @@ class RunOutputs:
         self._shows = not any(place.is_stdout for place in places)
         self._open, self._where = ExitStack(), where
         self._summary, self._collector = (
-            Summary(self._angles(), where["all_rows"]),
+            Summary(self._angle_options(), where["all_rows"]),
             PathCollector(),
         )
         self._met = EventCollector(events, where["degrees"]) if events else None
 
-    def _angles(self) -> AngleOptions:
+    def _angle_options(self) -> AngleOptions:
         return AngleOptions(self._where["degrees"], self._where["unwrap"])
 
     @property
-    def is_whole(self) -> bool:
+    def needs_whole_path(self) -> bool:
         """True if an output needs the whole path in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
-    def outputs(self) -> list[Output]:
+    def create_outputs(self) -> list[Output]:
         """Return the outputs, starting with those that cannot fail."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
-        if self.is_whole:
+        if self.needs_whole_path:
             outputs.append(self._collector)
         if "--csv" in self.files:
-            outputs.append(CsvOutput(self.files["--csv"], self._angles(), self._open))
+            outputs.append(CsvOutput(self.files["--csv"], self._angle_options(), self._open))
         return outputs
 
-    def discard(self) -> None:
-        """Discard all output and leave existing files unchanged."""
+    def discard_files(self) -> None:
+        """Discard all output, and leave existing files unchanged."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
 
-    def finish(self, end: Outcome) -> None:
-        """Finish every output, even if one of them fails, and save the run.
+    def finish_outputs(self, end: RunOutcome) -> None:
+        """Finish each output, even if another output fails, and save the run.
 
         The run is saved at the last state contained in all outputs. If an output fails, the run is
         not saved. Raises the exception that stopped the run, or else the first exception raised by
@@ -149,21 +149,21 @@ class RunOutputs:
         if save and end.checkpoint and failures == ([end.stopped] if end.stopped else []):
             write_bytes(save, end.checkpoint)
         if self._shows:
-            self._summary.show()
+            self._summary.print_output()
             if self._met:
-                self._met.show()
+                self._met.print_output()
         if failures:
             raise failures[0]
 
-    def _write_whole_path(self, end: Outcome) -> None:
+    def _write_whole_path(self, end: RunOutcome) -> None:
         if not self._collector.pieces:
             return
-        path = self._collector.path
+        path = self._collector.whole_path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
             write_bytes(self.files["--npz"], as_npz(path))
         if "--json" in self.files:
-            write_bytes(self.files["--json"], as_json(path, self._met, self._angles(), why))
+            write_bytes(self.files["--json"], as_json(path, self._met, self._angle_options(), why))
 
     def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:

@@ -180,15 +180,15 @@ def _run_and_write_outputs(
         try:
             with stops.show_progress():
                 end = feed_outputs(
-                    left.outputs(), pieces, run if "--save" in left.files else None, stops
+                    left.create_outputs(), pieces, run if "--save" in left.files else None, stops
                 )
         except MemoryError:
-            left.discard()
+            left.discard_files()
             raise click.ClickException("not enough memory") from None
         except BaseException:
-            left.discard()
+            left.discard_files()
             raise
-        left.finish(end)
+        left.finish_outputs(end)
 
 
 def _solve_whole(
@@ -198,7 +198,7 @@ def _solve_whole(
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
-        t.argument(),
+        t.to_solve_argument(),
         words["method"],
         step=words["step"],
         tol=words["tol"],
@@ -216,17 +216,17 @@ def _iterate_pieces(
 ) -> Iterator[Path]:
     """Return an iterator over the chunks of a run's path, without the times already passed."""
     check_horizon(run.scene, t.end, run.step)
-    rest = t if run._fresh else t.select_beyond(run.t)
+    rest = t if run._fresh else t.select_later_times(run.t)
     if not rest.grids:
         raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
     size = run._options.state_bytes + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
-        if left.is_whole:
+        if left.needs_whole_path:
             check_memory(len(rest), size)
     elif every is None:
         given = np.array([0.0, t.end] if run._fresh else [t.end])
-    elif left.is_whole:
+    elif left.needs_whole_path:
         return run.stream(_remaining_grid_times(run, t.end, every, size), progress=stops.progress)
     else:
         given = t.end

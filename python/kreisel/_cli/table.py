@@ -60,7 +60,7 @@ class StateTable:
         self._has_jumps = False
         self.rows = 0
 
-    def add(self, piece: Path, names: tuple[str, ...]) -> None:
+    def add_states(self, piece: Path, names: tuple[str, ...]) -> None:
         """Add the states of a chunk."""
         table = self._angles.columns(piece, names)
         if not self._heads:
@@ -81,7 +81,7 @@ class StateTable:
             self._has_jumps |= bool((np.abs(np.diff(values)) > half_turn).any())
             self._before[name] = values[-1:]
 
-    def show(self) -> None:
+    def print_table(self) -> None:
         """Print the table; one or two states are printed as columns in full precision."""
         if self.rows <= 2:
             self._print_first_and_last_rows()

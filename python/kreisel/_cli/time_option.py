@@ -31,7 +31,7 @@ class Grid:
     def __getitem__(self, k: int) -> float:
         return self.first + k * self.step
 
-    def select_beyond(self, t: float) -> Grid:
+    def select_later_times(self, t: float) -> Grid:
         """Return the times of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return Grid(self[k], self.step, self.count - k) if k else self
@@ -58,17 +58,17 @@ class Times:
         """The last time."""
         return self.grids[-1][self.grids[-1].count - 1]
 
-    def array(self) -> Array:
+    def to_array(self) -> Array:
         """Return the times as an array. Raises MemoryError if the times do not fit in memory."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
-    def argument(self) -> float | Array:
-        """Return the times in a form accepted as the argument t of kreisel.solve."""
-        return self.end if self.one else self.array()
+    def to_solve_argument(self) -> float | Array:
+        """Return the times as the argument t of kreisel.solve."""
+        return self.end if self.one else self.to_array()
 
-    def select_beyond(self, t: float) -> Times:
+    def select_later_times(self, t: float) -> Times:
         """Return the times with |time| > |t|."""
-        left = (grid.select_beyond(t) for grid in self.grids)
+        left = (grid.select_later_times(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
 

@@ -28,10 +28,10 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
-    if not (between > 0.0 and parameters.has("velocity")):
+    if not (between > 0.0 and parameters.has_free("velocity")):
         return []
     turn, made = 2.0 * np.pi / between, []
-    for axis, rate in _list_fast_axes(point, turn / _FEW):
+    for axis, rate in _yield_fast_rotation_axes(point, turn / _FEW):
         reverse = rate - math.copysign(turn, rate)
         for other in (reverse, 2.0 * rate - reverse) if abs(rate) > 0.5 * turn else (reverse,):
             alias = replace(point, rate=point.rate + (other - rate) * axis)
@@ -42,7 +42,7 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
     return made
 
 
-def _list_fast_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
+def _yield_fast_rotation_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
     """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
@@ -58,7 +58,7 @@ def _alias_with_same_momentum(
     """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
-    if not (p.has("moments") and is_principal and 0.0 < factor < np.inf):
+    if not (p.has_free("moments") and is_principal and 0.0 < factor < np.inf):
         return []
     moments = alias.moments.copy()
     moments[k] *= factor

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from .._model.scene import Ensemble, Scene
 from .._results.path import Error
-from .._utils.errors import unknown_name_message, warn
+from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, make_fit
 from .levenberg_marquardt import LossName
@@ -123,11 +123,11 @@ def _run_sessions(
     if best is None:
         raise _no_motion_error(sessions[0])
     if is_misfit(best):
-        warn(describe_misfit(best))
+        warn_user(describe_misfit(best))
     elif best.excess:
-        warn(describe_excess(best))
+        warn_user(describe_excess(best))
     elif not best.has_converged:
-        warn(
+        warn_user(
             f"the fit did not converge within {best.evaluations} paths: the result is the best so "
             "far; raise max_evaluations or give a guess nearer to the motion"
         )

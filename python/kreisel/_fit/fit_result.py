@@ -144,17 +144,20 @@ class Fit(ReadOnlyArrays):
         for k in range(self._parameters.size):
             step = np.zeros(self._parameters.size)
             step[k] = _DIFFERENCE * self._spectrum.natural[k]
-            ends = [self._parameters.move(self._point, sign * step) for sign in (1.0, -1.0)]
+            ends = [
+                self._parameters.move_within_bounds(self._point, sign * step)
+                for sign in (1.0, -1.0)
+            ]
             lengths = [min(1.0, self._distance_to_bound(k) / step[k]), 1.0]
             both = [_as_numbers(function(self._parameters.to_scene(end))) for end in ends]
             columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
-        _, errors = self._spectrum.propagate(np.stack(columns, axis=-1))
+        _, errors = self._spectrum.propagate_errors(np.stack(columns, axis=-1))
         shaped = errors.reshape(value.shape)
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _distance_to_bound(self, k: int) -> float:
-        """Return the distance of parameter number k from its bound."""
-        return float(self._parameters.distances(self._point)[k])
+        """Return the distance of parameter k from its bound."""
+        return float(self._parameters.distances_to_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n random scenes, drawn with the covariance of the fit.
@@ -165,7 +168,10 @@ class Fit(ReadOnlyArrays):
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw_steps(np.random.default_rng(key), count)
         return Ensemble.of(
-            [self._parameters.to_scene(self._parameters.move(self._point, step)) for step in steps]
+            [
+                self._parameters.to_scene(self._parameters.move_within_bounds(self._point, step))
+                for step in steps
+            ]
         )
 
     def plot(self) -> Picture:
@@ -236,7 +242,7 @@ def _list_panels(fit: Fit) -> Iterator[_Panel]:
         for series in record.series:
             values = np.where(series.measured, series.values / series.unit, np.nan)
             residuals = fit.residuals[i][series.name]
-            shaped = residuals.reshape(len(record.t), series.width)
+            shaped = residuals.reshape(len(record.t), series.residuals_per_row)
             sigma = np.asarray(fit.sigma[i][series.name])
             yield _Panel(series.name, record.t, values, shaped, sigma)
 
@@ -255,7 +261,7 @@ def make_fit(session: SearchSession) -> Fit:
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
     spectrum = analyse_spectrum(best.jacobian, best.natural, statistics.inflation, p.size)
     names, units, values, by_step = p.describe(best.point)
-    covariance, errors = spectrum.propagate(by_step)
+    covariance, errors = spectrum.propagate_errors(by_step)
     unidentified = describe_blind_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _collect_residuals(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
@@ -295,14 +301,14 @@ def _moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
     """Return the ratios of the other moments to the last moment, with standard deviations."""
-    if not p.has("moments"):
+    if not p.has_free("moments"):
         return {}
-    *others, last = range(*p.at("moments").indices(p.size))
+    *others, last = range(*p.columns_of("moments").indices(p.size))
     made = {}
     for k in others:
         ratio = values[k] / values[last]
         gradient = (by_step[k] - ratio * by_step[last]) / values[last]
-        _, [error] = spectrum.propagate(gradient[None])
+        _, [error] = spectrum.propagate_errors(gradient[None])
         made[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
     return made
 
@@ -322,7 +328,7 @@ def _collect_residuals(
     found: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     sigma: tuple[dict[str, Array], ...] = tuple({} for _ in session.records)
     for rows in session.model.rows:
-        values = np.where(rows.mask, rows.residuals_of_series(residuals), np.nan)
+        values = np.where(rows.is_measured, rows.residuals_of_series(residuals), np.nan)
         found[rows.record][rows.series.name] = values[:, 0] if values.shape[1] == 1 else values
         deviation = rows.sigma / rows.series.unit
         is_constant = bool((deviation == deviation[0, 0]).all())
@@ -333,15 +339,15 @@ def _collect_residuals(
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
     """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
-    distances = p.distances(point)
+    distances = p.distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):
-        if not p.has(name):
+        if not p.has_free(name):
             continue
-        at = p.at(name)
+        at = p.columns_of(name)
         for k in np.flatnonzero(distances[at] <= _AT_BOUND * natural[at]):
             axes = [int(i) + 1 for i in np.flatnonzero(columns[:, k])]
             sentences.append(_describe_bound(name, axes))
-    if p.has("friction") and not point.friction:
+    if p.has_free("friction") and not point.friction:
         sentences.append("friction is zero: negative friction is excluded")
     return tuple(sentences)
 

@@ -65,7 +65,7 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
         yield from _yield_change_if_free(p, heading, {"attitude": vertical, "turning": turned})
     heading = "the heading: a rotation of the start about the vertical"
     yield from _yield_change_if_free(p, heading, {"attitude": vertical})
-    if not _has_torque(point):
+    if not _has_gravity_torque(point):
         for axis in np.eye(3):
             sentence = "the attitude in space, which a body without torque does not show"
             yield from _yield_change_if_free(p, sentence, {"attitude": axis})
@@ -78,12 +78,12 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
 def _yield_change_if_free(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield a change of the given parameter blocks if all of these blocks are free."""
-    if not all(p.has(name) for name in blocks):
+    """Yield the change of the given parameter blocks if all of them are free."""
+    if not all(p.has_free(name) for name in blocks):
         return
     change = np.zeros(p.size)
     for name, value in blocks.items():
-        change[p.at(name)] = value
+        change[p.columns_of(name)] = value
     yield sentence, change
 
 
@@ -93,7 +93,7 @@ def _average_over_groups(columns: Array, values: Array) -> Array:
     return made
 
 
-def _has_torque(point: Point) -> bool:
+def _has_gravity_torque(point: Point) -> bool:
     amplitude, rate, _ = point.shaking
     pull = abs(point.gravity) + abs(amplitude) * rate**2
     return bool(point.mass * pull * np.linalg.norm(point.com))
@@ -102,16 +102,16 @@ def _has_torque(point: Point) -> bool:
 def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
     own = _list_torque_scalings(p, point)
     size: dict[str, Array] = {"moments": _average_over_groups(p.moments, point.densities)}
-    others, is_scalable = ["damping"], p.has("damping") or not point.damping.any()
-    if p.has("damping"):
+    others, is_scalable = ["damping"], p.has_free("damping") or not point.damping.any()
+    if p.has_free("damping"):
         size["damping"] = _average_over_groups(p.damping, point.damping)
     for name, value in (("friction", np.array([point.friction])), ("rotor", point.rotor)):
-        if p.has(name):
+        if p.has_free(name):
             size[name] = value
             others.append(name)
         elif value.any():
             is_scalable = False
-    if is_scalable and not _has_torque(point):
+    if is_scalable and not _has_gravity_torque(point):
         words = " and ".join(others)
         sentence = f"the scale of the moments: only their ratios, and {words} over moments, matter"
         yield from _yield_change_if_free(p, sentence, size)
@@ -138,7 +138,7 @@ def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Ar
         "gravity": {"gravity": np.array([point.gravity])},
         "mass": {"mass": np.array([point.mass])},
     }
-    if p.has("shaking"):
+    if p.has_free("shaking"):
         made["gravity"]["shaking"] = np.array([point.shaking[0], 0.0, 0.0])
     return made
 
@@ -166,7 +166,7 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
     sentence = "the rotor against the moment about its axis: only the momentum counts"
     heavier = {"moments": spin["moments"], "rotor": -point.moments[k] * point.rate[k] * unit}
     yield from _yield_change_if_free(p, sentence, heavier)
-    if p.has("damping"):
+    if p.has_free("damping"):
         drag = _average_over_groups(p.damping, point.damping * unit)
         yield from _yield_change_if_free(p, sentence, {**spin, "damping": drag})
         yield from _yield_change_if_free(p, sentence, {**spin, "damping": 2.0 * drag})
@@ -185,7 +185,7 @@ def _list_clock_shifts_and_rotations(p: Parameters, point: Point) -> Iterator[tu
     if delays and len(delays) == len(p.records):
         sentence = "the delay against the start: a shift in time"
         blocks = {"attitude": point.rate, "velocity": change}
-        if p.has("shaking"):
+        if p.has_free("shaking"):
             blocks["shaking"] = np.array([0.0, 0.0, point.shaking[1]])
         for _, step in _yield_change_if_free(p, sentence, blocks):
             for at in delays:

@@ -100,19 +100,19 @@ def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> lis
 
 def _guess_from_motion(parameters: Parameters, motion: MotionData, part: MotionData) -> list[Guess]:
     base = parameters.start
-    is_heavy = base.weight != 0.0 and bool(base.com.any() or parameters.has("com"))
+    is_heavy = base.gravity_force != 0.0 and bool(base.com.any() or parameters.has_free("com"))
     axis = _friction_axis(base)
-    is_rubbed = part.source != "space" and (parameters.has("friction") or base.friction > 0.0)
+    is_rubbed = part.source != "space" and (parameters.has_free("friction") or base.friction > 0.0)
     if is_rubbed:
         part = _select_before_stop(part, axis)
-    losses = _EnergyLosses(parameters.has("damping"), is_rubbed)
+    losses = _EnergyLosses(parameters.has_free("damping"), is_rubbed)
     solution = _solve_equations(part, base, is_heavy, losses)
     if solution is None:
         return []
     twins = [solution]
     if part.source == "gyroscope" and is_heavy:
         twins.append(solution._replace(lever=-solution.lever, vertical=-solution.vertical))
-        if (solution.lever @ base.com) * base.weight < 0.0:
+        if (solution.lever @ base.com) * base.gravity_force < 0.0:
             twins.reverse()
         if base.com.any():
             twins = twins[:1]
@@ -167,23 +167,23 @@ def _replace_body(
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
     size, heavy = float(np.linalg.norm(base.com)), float(np.linalg.norm(lever))
-    is_size_known = heavy > 0.0 and base.weight != 0.0 and not parameters.has("com")
+    is_size_known = heavy > 0.0 and base.gravity_force != 0.0 and not parameters.has_free("com")
     factor = base.moments.sum() / (2.0 * densities.sum())
     if is_size_known and size > 0.0:
-        factor = abs(base.weight) * size / heavy
+        factor = abs(base.gravity_force) * size / heavy
     changes: dict[str, Array | float] = {}
-    if parameters.has("moments"):
+    if parameters.has_free("moments"):
         groups = parameters.moments
         mean = groups @ (groups.T @ densities / groups.sum(axis=0))
         changes["densities"] = factor * mean
     else:
         factor = base.moments.sum() / (2.0 * densities.sum())
-    if base.weight and heavy > 0.0 and parameters.has("com"):
-        changes["com"] = factor * lever / base.weight
-    if parameters.has("damping"):
+    if base.gravity_force and heavy > 0.0 and parameters.has_free("com"):
+        changes["com"] = factor * lever / base.gravity_force
+    if parameters.has_free("damping"):
         drag = 0.0 if losses is None else losses.damping
         changes["damping"] = np.full(3, max(factor * drag, 0.0))
-    if parameters.has("friction") and losses is not None:
+    if parameters.has_free("friction") and losses is not None:
         changes["friction"] = max(factor * losses.friction, 0.0)
     return replace(base, **changes)  # type: ignore[arg-type]
 
@@ -194,8 +194,8 @@ def _point_through_state(
     """Return the parameters whose motion passes through the given state at the time `since`."""
     there = replace(
         point,
-        attitude=attitude if parameters.has("attitude") else point.attitude,
-        rate=rate if parameters.has("velocity") else point.rate,
+        attitude=attitude if parameters.has_free("attitude") else point.attitude,
+        rate=rate if parameters.has_free("velocity") else point.rate,
     )
     if since == 0.0:
         return there
@@ -206,8 +206,8 @@ def _point_through_state(
     start = point_of_scene(there.to_scene().replace(momentum=back.m[0], attitude=back.q[0]))
     return replace(
         there,
-        attitude=start.attitude if parameters.has("attitude") else there.attitude,
-        rate=start.rate if parameters.has("velocity") else there.rate,
+        attitude=start.attitude if parameters.has_free("attitude") else there.attitude,
+        rate=start.rate if parameters.has_free("velocity") else there.rate,
     )
 
 
@@ -332,7 +332,7 @@ def _match_axes(solution: _Solution, base: Point) -> Array:
         turned = made * np.array(signs)
         if np.linalg.det(turned) < 0.0:
             continue
-        agreement = float((turned.T @ solution.lever) @ base.com) * np.sign(base.weight)
+        agreement = float((turned.T @ solution.lever) @ base.com) * np.sign(base.gravity_force)
         if agreement > best:
             best, chosen = agreement, turned
     return chosen
@@ -360,7 +360,7 @@ def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
     integral = _integrate_by_trapezoids(t, weight[:, None] * np.cross([0.0, 0.0, 1.0], apex))
     identity = np.broadcast_to(np.eye(3), (len(apex), 3, 3))
     columns = [-along[:, :, None], integral[:, :, None], identity]
-    if parameters.has("friction") or base.friction:
+    if parameters.has_free("friction") or base.friction:
         columns.append(((t - t[0])[:, None] * apex - summed)[:, :, None])
     matrix = np.concatenate(columns, axis=2)
     found = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[2]), left.ravel(), rcond=None)[0]
@@ -408,19 +408,19 @@ def _guess_with_spin(
     axis = base.com / np.linalg.norm(base.com)
     along = float(axis @ (base.moments * axis))
     across = 0.5 * (base.moments.sum() - along)
-    torque = base.weight * float(np.linalg.norm(base.com))
-    if parameters.has("moments") and torque * k > 0.0:
+    torque = base.gravity_force * float(np.linalg.norm(base.com))
+    if parameters.has_free("moments") and torque * k > 0.0:
         across = torque / k
         along = min(along, 1.9 * across)
     moments = along * axis**2 + across * (1.0 - axis**2)
-    point = _replace_body(parameters, moments, base.weight * base.com, None)
+    point = _replace_body(parameters, moments, base.gravity_force * base.com, None)
     apex, change = smoothed
     along, across = (float(m) for m in (axis @ (point.moments * axis), across))
     turn = tilt_to(axis)
     tilts = tilt_to(apex / np.linalg.norm(apex, axis=1)[:, None])
     attitude = multiply_quaternions(tilts, conjugate_quaternions(turn)[None])
     spin = (a * across - float(axis @ base.rotor)) / along - float(base.turning @ apex[0])
-    if parameters.has("friction"):
+    if parameters.has_free("friction"):
         point = replace(point, friction=max(across * slowing * np.sign(spin), 0.0))
     lost = point.friction / along * (trace.t - trace.t[0])
     left = np.copysign(np.maximum(abs(spin) - lost, 0.0), spin)
@@ -440,9 +440,9 @@ def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
     allowed = np.eye(parameters.size)
     for name in parameters.free:
         if name not in ("attitude", "velocity"):
-            allowed[:, parameters.at(name)] = 0.0
-    if parameters.has("velocity"):
-        at = parameters.at("velocity")
+            allowed[:, parameters.columns_of(name)] = 0.0
+    if parameters.has_free("velocity"):
+        at = parameters.columns_of("velocity")
         allowed[at, at] -= np.outer(axis, axis)
     return allowed
 

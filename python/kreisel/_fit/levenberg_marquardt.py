@@ -32,7 +32,7 @@ _NOISELESS = 1e-22  # mean square residual that is rounding error
 P = TypeVar("P")
 
 
-class Model(Protocol[P]):
+class LeastSquaresModel(Protocol[P]):
     """A model with residuals, such as kreisel._fit.residuals.ResidualModel."""
 
     @property
@@ -41,8 +41,8 @@ class Model(Protocol[P]):
     def size(self) -> int: ...
     def evaluate(self, point: P) -> Evaluation: ...
     def natural_sizes(self, point: P) -> Array: ...
-    def move(self, point: P, step: Array) -> P: ...
-    def distances(self, point: P) -> Array: ...
+    def move_within_bounds(self, point: P, step: Array) -> P: ...
+    def distances_to_bounds(self, point: P) -> Array: ...
 
 
 class Minimum(NamedTuple):
@@ -72,7 +72,7 @@ def reweight(evaluation: Evaluation, loss: LossName) -> Evaluation:
     return Evaluation(evaluation.residuals * weight, evaluation.jacobian * weight[:, None])
 
 
-class Search(NamedTuple):
+class SearchSettings(NamedTuple):
     """Settings of a search.
 
     limit     the largest number of evaluations of the model, including those before the search
@@ -88,7 +88,7 @@ class Search(NamedTuple):
     is_stiff: bool = False
 
 
-def minimize(model: Model[P], point: P, search: Search) -> Minimum:
+def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> Minimum:
     """Search for a local minimum of the cost, starting from `point`, and return the minimum.
 
     The search stops early if the residuals are large and hardly decrease.
@@ -104,7 +104,7 @@ def minimize(model: Model[P], point: P, search: Search) -> Minimum:
         if best.cost <= _NOISELESS * model.size:
             return best._replace(has_converged=True)
         weighted = reweight(best.evaluation, search.loss)
-        steps = _DampedSteps(weighted, natural, model.distances(point), search.is_stiff)
+        steps = _DampedSteps(weighted, natural, model.distances_to_bounds(point), search.is_stiff)
         trial, damping = _find_improvement(model, point, steps, damping, best.cost, search)
         if trial is None:
             return best._replace(has_converged=model.evaluations < search.limit)
@@ -148,7 +148,7 @@ class _DampedSteps:
         self.is_seen = self.values > _RANK_RTOL * largest
         self.scale = float(np.median(self.values)) if is_stiff else largest
 
-    def step(self, damping: float) -> Array:
+    def solve_step(self, damping: float) -> Array:
         divisor = self.values + damping * self.scale
         part = np.where(self.is_seen, self.along / np.where(self.is_seen, divisor, 1.0), 0.0)
         made: Array = -self.natural * (self.vectors @ part)
@@ -156,11 +156,16 @@ class _DampedSteps:
 
 
 def _find_improvement(
-    model: Model[P], point: P, steps: _DampedSteps, damping: float, cost: float, search: Search
+    model: LeastSquaresModel[P],
+    point: P,
+    steps: _DampedSteps,
+    damping: float,
+    cost: float,
+    search: SearchSettings,
 ) -> tuple[Minimum | None, float]:
     """Return the first damped step that does not increase the cost, and the next damping."""
     while model.evaluations < search.limit:
-        moved = model.move(point, steps.step(damping))
+        moved = model.move_within_bounds(point, steps.solve_step(damping))
         evaluation = model.evaluate(moved)
         found = _finite_cost(evaluation, search.loss)
         if found <= cost:

@@ -17,7 +17,7 @@ import numpy as np
 from .._results.path import Error
 from .._solve.solve import solve
 from .._utils.validation import Array
-from .levenberg_marquardt import LossName, Minimum, Search, minimize
+from .levenberg_marquardt import LossName, Minimum, SearchSettings, minimize
 from .motion_data import MotionData, interpolate
 from .parameters import Parameters, Point
 from .records import Record, slice_record
@@ -98,8 +98,10 @@ class ShootingModel:
             parts.append(slice_record(record, low, high, float(begin)))
             for one in record.series:
                 own_sigmas.append(next(series)[low:high])
-                rows.append(offset + np.arange(low * one.width, high * one.width))
-                offset += len(record.t) * one.width
+                rows.append(
+                    offset + np.arange(low * one.residuals_per_row, high * one.residuals_per_row)
+                )
+                offset += len(record.t) * one.residuals_per_row
         names = [n for n in self.parameters.free if n not in _START]
         is_first = begin == 0.0
         free = self.parameters.free if is_first else (*_START, *names)
@@ -123,7 +125,7 @@ class ShootingModel:
         self.width = used
         return made
 
-    def start_on_motion(self, point: Point, motion: MotionData) -> PieceStarts:
+    def place_on_data(self, point: Point, motion: MotionData) -> PieceStarts:
         """Return segments that start on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
@@ -132,19 +134,21 @@ class ShootingModel:
             points.append(point if k == self.first else own)
         return PieceStarts(tuple(points))
 
-    def start_on_motion_of(self, point: Point) -> PieceStarts:
+    def place_on_motion(self, point: Point) -> PieceStarts:
         """Return segments that start on the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
             path = solve(scene, times, "taylor")
             for t, q, m in zip(times, path.q, path.m, strict=True):
-                points[float(t)] = replace(point, attitude=q, rate=point.rate_of_state(q, m))
+                points[float(t)] = replace(
+                    point, attitude=q, rate=point.relative_angular_velocity(q, m)
+                )
         return PieceStarts(tuple(points[float(t)] for t in edges))
 
-    def move(self, pieces: PieceStarts, step: Array) -> PieceStarts:
+    def move_within_bounds(self, pieces: PieceStarts, step: Array) -> PieceStarts:
         moved = [
-            model.move(point, step[columns])
+            model.move_within_bounds(point, step[columns])
             for model, point, columns in zip(self.models, pieces.points, self.columns, strict=True)
         ]
         return PieceStarts(tuple(moved))
@@ -157,9 +161,9 @@ class ShootingModel:
             made[self.columns[k]] = own
         return made
 
-    def distances(self, pieces: PieceStarts) -> Array:
+    def distances_to_bounds(self, pieces: PieceStarts) -> Array:
         made = np.full(self.width, np.inf)
-        made[self.columns[self.first]] = self.models[self.first].distances(
+        made[self.columns[self.first]] = self.models[self.first].distances_to_bounds(
             pieces.points[self.first]
         )
         return made
@@ -184,7 +188,7 @@ class ShootingModel:
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
         rotation, moments = rotation_matrix(end.q), point.moments
-        momentum, rate = rotation.T @ end.m, point.rate_of_state(end.q, end.m)
+        momentum, rate = rotation.T @ end.m, point.relative_angular_velocity(end.q, end.m)
         scale = float(np.linalg.norm(rate)) or 1.0
         gap = np.concatenate((turn, (following.rate - rate) / scale)) / self.gap
         p = self.models[k].parameters
@@ -192,21 +196,21 @@ class ShootingModel:
         by_rate /= moments[:, None]
         support = point.turning @ rotation
         by_rate -= cross_matrix(support) @ end.by[:3]
-        if p.has("moments"):
+        if p.has_free("moments"):
             whole = (rate + support) / moments
-            by_rate[:, p.at("moments")] -= whole[:, None] * p.moments_jacobian()
-        if p.has("rotor"):
-            by_rate[:, p.at("rotor")] -= np.diag(1.0 / moments)
-        if p.has("turning"):
-            by_rate[:, p.at("turning")] -= rotation.T
+            by_rate[:, p.columns_of("moments")] -= whole[:, None] * p.moments_jacobian()
+        if p.has_free("rotor"):
+            by_rate[:, p.columns_of("rotor")] -= np.diag(1.0 / moments)
+        if p.has_free("turning"):
+            by_rate[:, p.columns_of("turning")] -= rotation.T
         made = np.zeros((6, self.width))
         made[:3, self.columns[k]] = -inverse_left_jacobian(turn) @ end.by[:3]
         made[3:, self.columns[k]] = -by_rate / scale
         q, columns = self.models[k + 1].parameters, self.columns[k + 1]
-        if q.has("attitude"):
-            made[:3, columns[q.at("attitude")]] += inverse_left_jacobian(-turn)
-        if q.has("velocity"):
-            made[3:, columns[q.at("velocity")]] += np.eye(3) / scale
+        if q.has_free("attitude"):
+            made[:3, columns[q.columns_of("attitude")]] += inverse_left_jacobian(-turn)
+        if q.has_free("velocity"):
+            made[3:, columns[q.columns_of("velocity")]] += np.eye(3) / scale
         return gap, made / self.gap
 
 
@@ -226,7 +230,7 @@ def minimize_by_shooting(
         model.gap = gap
         stage = min(model.evaluations + _STAGE_LIMIT, limit)
         tell = report if gap == GAPS[-1] else _ignore_minimum
-        found = minimize(model, pieces, Search(loss, stage, _FTOL, tell, is_stiff=True))
+        found = minimize(model, pieces, SearchSettings(loss, stage, _FTOL, tell, is_stiff=True))
         pieces = found.point  # type: ignore[assignment]
         if not found.cost <= _HOPELESS * model.size:
             break
@@ -237,7 +241,7 @@ def minimize_by_shooting(
 def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
     """Return True if separate segments, which need not join, agree with the records."""
     model.gap = GAPS[0]
-    search = Search(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
+    search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 

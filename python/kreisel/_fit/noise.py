@@ -21,7 +21,7 @@ def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
     made: list[Array] = []
     for record in records:
         for series in record.series:
-            shape = len(record.t), series.width
+            shape = len(record.t), series.residuals_per_row
             if series.sigma is None:
                 made.append(np.full(shape, _estimate_from_neighbours(series)))
             else:
@@ -52,7 +52,7 @@ def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> lis
         if rows.series.sigma is not None:
             made.append(rows.sigma)
             continue
-        own = rows.residuals_of_series(residuals)[rows.mask]
+        own = rows.residuals_of_series(residuals)[rows.is_measured]
         if loss == "soft" and own.size:
             factor = MEDIAN * float(np.median(np.abs(own)))
         else:

@@ -141,14 +141,14 @@ class Point:
         made: Array = self.moments * self.inertial_velocity + self.rotor
         return made
 
-    def rate_of_state(self, q: Array, m: Array) -> Array:
+    def relative_angular_velocity(self, q: Array, m: Array) -> Array:
         """Return the angular velocity relative to the support, given a state of the motion."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
 
     @property
-    def weight(self) -> float:
+    def gravity_force(self) -> float:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
@@ -209,7 +209,7 @@ def point_of_scene(scene: Scene) -> Point:
         {},
     )
     still.__dict__["moments"] = moments  # without the rounding error of the densities
-    return replace(still, rate=still.rate_of_state(attitude, np.array(scene.momentum)))
+    return replace(still, rate=still.relative_angular_velocity(attitude, np.array(scene.momentum)))
 
 
 def _is_physical(point: Point) -> bool:
@@ -269,13 +269,13 @@ class Parameters:
         self.slices: dict[Key, slice] = {}
         self.size = 0
         for name in free:
-            self._add((name, -1, ""), self._count_components(name))
+            self._add_columns((name, -1, ""), self._count_components(name))
         instruments: dict[Key, Array] = {}
         for i, record in enumerate(records):
             for name in record.free:
                 instruments |= self._add_instrument(name, i, record)
         densities = self.start.densities
-        if self.has("moments"):
+        if self.has_free("moments"):
             densities = np.maximum(densities, 0.0)
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
@@ -303,7 +303,7 @@ class Parameters:
                         "where the spin stops: leave it out"
                     )
 
-    def _add(self, key: Key, count: int) -> None:
+    def _add_columns(self, key: Key, count: int) -> None:
         self.slices[key] = slice(self.size, self.size + count)
         self.size += count
 
@@ -317,23 +317,23 @@ class Parameters:
         """Add the columns for a property of an instrument, and return its initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
-            self._add(key, 3 if name == "mounting" else 1)
+            self._add_columns(key, 3 if name == "mounting" else 1)
             return {key: np.array([1.0, 0.0, 0.0, 0.0]) if name == "mounting" else np.zeros(1)}
         made: dict[Key, Array] = {}
         for series in record.series:
             if not series.is_attitude:
                 key = (name, i, series.name)
-                self._add(key, series.width)
-                made[key] = np.full(series.width, 1.0 if name == "scale" else 0.0)
+                self._add_columns(key, series.residuals_per_row)
+                made[key] = np.full(series.residuals_per_row, 1.0 if name == "scale" else 0.0)
         return made
 
-    def has(self, name: str) -> bool:
+    def has_free(self, name: str) -> bool:
         return (name, -1, "") in self.slices
 
-    def at(self, name: str) -> slice:
+    def columns_of(self, name: str) -> slice:
         return self.slices[name, -1, ""]
 
-    def move(self, point: Point, step: Array) -> Point:
+    def move_within_bounds(self, point: Point, step: Array) -> Point:
         """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
@@ -382,17 +382,17 @@ class Parameters:
                 made[key] = value + by
         return made
 
-    def distances(self, point: Point) -> Array:
+    def distances_to_bounds(self, point: Point) -> Array:
         """Return the distance of each parameter from its lower bound."""
         made = np.full(self.size, np.inf)
         for name, columns, values in (
             ("moments", self.moments, point.densities),
             ("damping", self.damping, point.damping),
         ):
-            if self.has(name):
-                made[self.at(name)] = columns.T @ values / columns.sum(axis=0)
-        if self.has("friction"):
-            made[self.at("friction")] = point.friction
+            if self.has_free(name):
+                made[self.columns_of(name)] = columns.T @ values / columns.sum(axis=0)
+        if self.has_free("friction"):
+            made[self.columns_of("friction")] = point.friction
         return made
 
     def moments_jacobian(self) -> Array:
@@ -432,9 +432,9 @@ class Parameters:
             "rotor": max(float(np.linalg.norm(point.rotor)), largest * rate),
             "delay": 1.0 / rate,
         }
-        if self.has("turning"):
+        if self.has_free("turning"):
             made["turning"] = max(float(np.linalg.norm(point.turning)), rate)
-        if self.has("shaking"):
+        if self.has_free("shaking"):
             amplitude, pace, _ = np.abs(point.shaking)
             made["shaking"] = np.array((amplitude or lever * (rate / pace) ** 2, 1.0 / span, 1.0))
         return made
@@ -444,7 +444,7 @@ class Parameters:
 
         Derivatives with respect to friction do not exist at zero friction.
         """
-        if self.has("friction") and not point.friction:
+        if self.has_free("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
         return point.to_scene(since)
 
@@ -452,7 +452,7 @@ class Parameters:
     def _least_friction(self) -> float:
         start = self.start
         moving = float(start.moments.max()) * float(start.rate @ start.rate)
-        energy = moving + abs(start.weight) * float(np.linalg.norm(start.com))
+        energy = moving + abs(start.gravity_force) * float(np.linalg.norm(start.com))
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: Point, since: float = 0.0) -> Scene:
@@ -462,7 +462,7 @@ class Parameters:
         """
         old = self.scene.body
         turned = rotation_matrix(point.axes)
-        is_kept = not (self.has("moments") or self.has("axes"))
+        is_kept = not (self.has_free("moments") or self.has_free("axes"))
         is_diagonal = abs(point.axes[0]) == 1.0
         moments = point.moments
         inertia = (
@@ -476,9 +476,11 @@ class Parameters:
         body = Body(
             point.mass,
             inertia if is_kept or is_diagonal else 0.5 * (inertia + np.transpose(inertia)),
-            com if self.has("com") or self.has("lever") or self.has("axes") else old.com,
+            com
+            if self.has_free("com") or self.has_free("lever") or self.has_free("axes")
+            else old.com,
             inertia_rtol=old.inertia_rtol if is_kept else _INERTIA_RTOL,
-            rotor=turned @ point.rotor if self.has("rotor") else old.rotor,
+            rotor=turned @ point.rotor if self.has_free("rotor") else old.rotor,
             unphysical=old.unphysical or not _is_physical(point),
         )
         attitude = multiply_quaternions(point.attitude, conjugate_quaternions(point.axes))
@@ -541,7 +543,7 @@ class Parameters:
     def _evaluate_motion_block(self, name: str, point: Point, rows: Array) -> Array:
         """Return the values of a block of the motion, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
-        at = self.at(name)
+        at = self.columns_of(name)
         if name == "attitude":
             rows[:, at] = turned
             back = conjugate_quaternions(point.axes)
@@ -552,8 +554,8 @@ class Parameters:
         if name in _VECTORS:
             vector = getattr(point, _VECTORS[name])
             rows[:, at] = turned
-            if self.has("axes"):
-                rows[:, self.at("axes")] = -turned @ cross_matrix(vector)
+            if self.has_free("axes"):
+                rows[:, self.columns_of("axes")] = -turned @ cross_matrix(vector)
             made: Array = turned @ vector
             return made
         if name == "axes":

@@ -46,7 +46,7 @@ class Prediction(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionStates:
     """The states of a motion in principal axes, and their derivatives (tangents).
 
     block      the scene of the point, for the core
@@ -73,12 +73,12 @@ class Motion:
         return self.states[:, 1:5]
 
     @cached_property
-    def axes(self) -> Array:
+    def rotation_to_described_frame(self) -> Array:
         return rotation_matrix(self.point.axes)
 
     @property
     def _is_described_in_principal_axes(self) -> bool:
-        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has("axes")
+        return abs(self.point.axes[0]) == 1.0 and not self.parameters.has_free("axes")
 
     @cached_property
     def attitude_derivatives(self) -> Array:
@@ -149,11 +149,13 @@ class Motion:
         """Transform a vector from the principal axes to the frame of description."""
         if self._is_described_in_principal_axes:
             return seen
-        by = self.axes @ seen.by if seen.by.size else seen.by
-        if by.size and self.parameters.has("axes"):
-            by[:, :, self.parameters.at("axes")] -= self.axes @ cross_matrix(seen.values)
-        rate = seen.rate @ self.axes.T if seen.rate.size else seen.rate
-        return Prediction(seen.values @ self.axes.T, by, rate)
+        by = self.rotation_to_described_frame @ seen.by if seen.by.size else seen.by
+        if by.size and self.parameters.has_free("axes"):
+            by[:, :, self.parameters.columns_of("axes")] -= (
+                self.rotation_to_described_frame @ cross_matrix(seen.values)
+            )
+        rate = seen.rate @ self.rotation_to_described_frame.T if seen.rate.size else seen.rate
+        return Prediction(seen.values @ self.rotation_to_described_frame.T, by, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
         """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
@@ -174,7 +176,7 @@ class Motion:
         if change.by.size:
             by = by_change @ change.by + by_rate @ rate.by + weight[:, None, None] * up.by
             for name, gain in self._differentiate_vertical_acceleration(t):
-                by[:, :, self.parameters.at(name)] += up.values[:, :, None] * gain[:, None]
+                by[:, :, self.parameters.columns_of(name)] += up.values[:, :, None] * gain[:, None]
         if self.has_rate:
             along = change.rate @ by_change.T + weight[:, None] * up.rate
             along += (by_rate @ rate.rate[:, :, None])[:, :, 0]
@@ -184,9 +186,9 @@ class Motion:
 
     def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
         """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
-        if self.parameters.has("gravity"):
+        if self.parameters.has_free("gravity"):
             yield "gravity", np.ones((len(t), 1))
-        if self.parameters.has("shaking"):
+        if self.parameters.has_free("shaking"):
             amplitude, pace, phase = self.point.shaking
             angle = pace * t + phase
             sine, cosine = amplitude * pace**2 * np.sin(angle), np.cos(angle)
@@ -195,7 +197,7 @@ class Motion:
 
     @property
     def _is_on_turning_support(self) -> bool:
-        return self.parameters.has("turning") or self.point.is_turning
+        return self.parameters.has_free("turning") or self.point.is_turning
 
     @cached_property
     def _support_velocity(self) -> Prediction:
@@ -204,8 +206,8 @@ class Motion:
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
             by = cross_matrix(found) @ self.attitude_derivatives
-            if self.parameters.has("turning"):
-                by[:, :, self.parameters.at("turning")] += np.swapaxes(rotation, 1, 2)
+            if self.parameters.has_free("turning"):
+                by[:, :, self.parameters.columns_of("turning")] += np.swapaxes(rotation, 1, 2)
         rate = (
             np.cross(found, self.time_derivatives[:, :3])
             if self.has_rate
@@ -238,11 +240,13 @@ class Motion:
 
     def _predict_spin_angle(self) -> Prediction:
         """Return the spin angle of the frame of description instead of the principal axes."""
-        p, axes, n = self.parameters, self.axes, len(self.states)
+        p, axes, n = self.parameters, self.rotation_to_described_frame, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()
         states[:, 1:5] = multiply_quaternions(self.q, conjugate_quaternions(self.point.axes)[None])
-        own = Motion(p, self.point, body._block, states, self.tangents, 0, self.transform, False)
+        own = MotionStates(
+            p, self.point, body._block, states, self.tangents, 0, self.transform, False
+        )
         own.__dict__["_is_at_pole"] = self._is_at_pole
         identity = np.zeros((n, 6, 9))
         identity[:, range(6), range(6)] = 1.0
@@ -253,12 +257,12 @@ class Motion:
         by, rate = np.empty((n, 0, 0)), np.empty((n, 0))
         if self.tangents.shape[2]:
             by = by_turn @ self.attitude_derivatives
-            if p.has("com"):
-                by[:, :, p.at("com")] += by_com
-            if p.has("lever"):
-                by[:, :, p.at("lever")] += by_com @ p.lever[:, None]
-            if p.has("axes"):
-                by[:, :, p.at("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
+            if p.has_free("com"):
+                by[:, :, p.columns_of("com")] += by_com
+            if p.has_free("lever"):
+                by[:, :, p.columns_of("lever")] += by_com @ p.lever[:, None]
+            if p.has_free("axes"):
+                by[:, :, p.columns_of("axes")] -= by_turn + by_com @ cross_matrix(self.point.com)
         if self.has_rate:
             rate = (by_turn @ self.time_derivatives[:, :3, None])[:, :, 0]
         return Prediction(found, by, rate)

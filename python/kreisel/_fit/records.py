@@ -72,7 +72,7 @@ class Series(NamedTuple):
         return self.quantity == "q"
 
     @property
-    def width(self) -> int:
+    def residuals_per_row(self) -> int:
         """The number of residuals per row; 3 for an attitude, which counts as a rotation vector."""
         return 3 if self.is_attitude else self.values.shape[1]
 
@@ -167,13 +167,13 @@ class Record(ReadOnlyArrays):
 
     @property
     def size(self) -> int:
-        """The number of measured numbers; an attitude counts as 3."""
+        """The number of measured values; an attitude counts as 3."""
         return sum(int(_count_measured_numbers(one)) for one in self.series)
 
     @property
     def missing(self) -> int:
-        """The number of values that are NaN and therefore ignored; an attitude counts as 3."""
-        return sum(len(self.t) * one.width for one in self.series) - self.size
+        """The number of values that are NaN and left out; an attitude counts as 3."""
+        return sum(len(self.t) * one.residuals_per_row for one in self.series) - self.size
 
     def __repr__(self) -> str:
         names = ", ".join(one.name for one in self.series)

@@ -16,7 +16,7 @@ from .._solve.variational import TangentSpec
 from .._utils.validation import Array
 from .measurable import SEEN_FROM_BODY
 from .parameters import Parameters, Point
-from .predictions import Motion, Prediction
+from .predictions import MotionStates, Prediction
 from .records import Record, Series
 from .rotations import (
     conjugate_quaternions,
@@ -52,7 +52,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class SeriesRows:
     """A series of a record, and its rows in the residual vector.
 
     record  the index of the record
@@ -68,29 +68,29 @@ class Rows:
 
     @property
     def shape(self) -> tuple[int, int]:
-        return len(self.series.values), self.series.width
+        return len(self.series.values), self.series.residuals_per_row
 
     @property
-    def mask(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-        return self.series.measured[:, : self.series.width]
+    def is_measured(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        return self.series.measured[:, : self.series.residuals_per_row]
 
     @property
-    def at(self) -> slice:
+    def row_slice(self) -> slice:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
     def residuals_of_series(self, residuals: Array) -> Array:
         """Return the residuals of the series, as an array of shape (n, width)."""
-        return residuals[self.at].reshape(self.shape)
+        return residuals[self.row_slice].reshape(self.shape)
 
 
-def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Rows, ...]:
+def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[SeriesRows, ...]:
     """Return a Rows object for each series of the records, given the standard deviations."""
-    made: list[Rows] = []
+    made: list[SeriesRows] = []
     begin = 0
     for i, record in enumerate(records):
         for series in record.series:
-            rows = Rows(i, series, sigmas[len(made)], begin)
-            begin = rows.at.stop
+            rows = SeriesRows(i, series, sigmas[len(made)], begin)
+            begin = rows.row_slice.stop
             made.append(rows)
     return tuple(made)
 
@@ -116,8 +116,8 @@ class ResidualModel:
     ) -> None:
         self.parameters, self.records, self.origin = parameters, tuple(records), origin
         self.rows = list_rows(records, sigmas)
-        self.size = self.rows[-1].at.stop
-        self.measured = np.concatenate([rows.mask.ravel() for rows in self.rows])
+        self.size = self.rows[-1].row_slice.stop
+        self.measured = np.concatenate([rows.is_measured.ravel() for rows in self.rows])
         self.evaluations = 0
         self.end: EndState | None = None
         self._end_time = [] if end is None else [end]
@@ -131,11 +131,11 @@ class ResidualModel:
     def natural_sizes(self, point: Point) -> Array:
         return self.parameters.natural_sizes(point, self.span)
 
-    def move(self, point: Point, step: Array) -> Point:
-        return self.parameters.move(point, step)
+    def move_within_bounds(self, point: Point, step: Array) -> Point:
+        return self.parameters.move_within_bounds(point, step)
 
-    def distances(self, point: Point) -> Array:
-        return self.parameters.distances(point)
+    def distances_to_bounds(self, point: Point) -> Array:
+        return self.parameters.distances_to_bounds(point)
 
     def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
         """Return the residuals at a point; they are infinite if no path can be computed there."""
@@ -162,13 +162,15 @@ class ResidualModel:
         for i, record in enumerate(self.records):
             own = states[where[i]], tangents[where[i]], self._bits, transform
             has_rate = has_jacobian and "delay" in record.free
-            motion = Motion(self.parameters, point, scene._block, *own, has_rate, self.origin)
+            motion = MotionStates(self.parameters, point, scene._block, *own, has_rate, self.origin)
             for rows in self.rows:
                 if rows.record == i:
                     builder = _RowBuilder(rows, motion, record.point)
-                    residuals[rows.at] = builder.residuals.ravel()
+                    residuals[rows.row_slice] = builder.residuals.ravel()
                     if has_jacobian:
-                        jacobian[rows.at] = builder.differentiate().reshape(-1, jacobian.shape[1])
+                        jacobian[rows.row_slice] = builder.differentiate().reshape(
+                            -1, jacobian.shape[1]
+                        )
         return Evaluation(residuals, jacobian)
 
     def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
@@ -229,7 +231,7 @@ class ResidualModel:
         made = np.zeros((begin, p.size))
         rotation = rotation_matrix(point.attitude)
         for name in p.free:
-            at = p.at(name)
+            at = p.columns_of(name)
             if name == "attitude":
                 made[:3, at] = np.eye(3)
                 made[3:6, at] = -rotation @ cross_matrix(point.momentum)
@@ -250,23 +252,23 @@ class ResidualModel:
                 made[places[name], at] = np.eye(3)
             elif name != "axes":
                 made[places[name], at] = np.eye(at.stop - at.start)
-        if p.has("turning"):
-            made[3:6, p.at("turning")] = (rotation * point.moments) @ rotation.T
-        if p.has("shaking"):  # the phase at the origin depends on the rate
-            made[places["shaking"].stop - 1, p.at("shaking").start + 1] = self.origin
+        if p.has_free("turning"):
+            made[3:6, p.columns_of("turning")] = (rotation * point.moments) @ rotation.T
+        if p.has_free("shaking"):  # the phase at the origin depends on the rate
+            made[places["shaking"].stop - 1, p.columns_of("shaking").start + 1] = self.origin
         return made
 
 
 class _RowBuilder:
     """The residuals of one series at one point, and their derivatives."""
 
-    def __init__(self, rows: Rows, motion: Motion, place: Array | None) -> None:
+    def __init__(self, rows: SeriesRows, motion: MotionStates, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
         self.parameters, self.point = motion.parameters, motion.point
         mounting = self._instrument_value("mounting")
         # the rotation from the frame of description to the instrument
         self.view = None if mounting is None else rotation_matrix(mounting).T
-        self.weight = np.where(rows.mask, 1.0 / rows.sigma, 0.0)
+        self.weight = np.where(rows.is_measured, 1.0 / rows.sigma, 0.0)
         self.residuals = self.weight * (
             self._attitude_differences()
             if rows.series.is_attitude
@@ -328,11 +330,11 @@ class _RowBuilder:
         p = self.parameters
         left, right = inverse_left_jacobian(self.turned), inverse_left_jacobian(-self.turned)
         made: Array = left @ self.motion.attitude_derivatives
-        if p.has("axes"):
-            made[:, :, p.at("axes")] -= right
+        if p.has_free("axes"):
+            made[:, :, p.columns_of("axes")] -= right
         mounting, delay = self._instrument_slice("mounting"), self._instrument_slice("delay")
         if mounting is not None and self.view is not None:
-            made[:, :, mounting] += right @ (self.view @ self.motion.axes).T
+            made[:, :, mounting] += right @ (self.view @ self.motion.rotation_to_described_frame).T
         if delay is not None:
             made[:, :, delay] -= left @ self.motion.time_derivatives[:, :3, None]
         return made

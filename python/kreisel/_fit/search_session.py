@@ -13,7 +13,7 @@ from .._solve.solve import solve
 from .._utils.validation import Array
 from .aliasing import list_aliases
 from .initial_guess import Guess, guess_from_records
-from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
+from .levenberg_marquardt import LossName, Minimum, SearchSettings, compute_cost, minimize
 from .multiple_shooting import (
     PieceStarts,
     ShootingModel,
@@ -24,7 +24,7 @@ from .multiple_shooting import (
 from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
-from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
+from .residuals import STEPS_MOST, Evaluation, ResidualModel, SeriesRows
 from .rotations import exponential, multiply_quaternions, rotation_matrix
 from .uncertainty import analyse_spectrum
 
@@ -86,8 +86,8 @@ class SubspaceModel:
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
         self.size = model.size
-        self.natural_sizes, self.move = model.natural_sizes, model.move
-        self.distances = model.distances
+        self.natural_sizes, self.move_within_bounds = model.natural_sizes, model.move_within_bounds
+        self.distances_to_bounds = model.distances_to_bounds
 
     def evaluate(self, point: Point) -> Evaluation:
         before = self._model.evaluations
@@ -183,7 +183,7 @@ class SearchSession:
         agreement, _ = self._find_agreement(own.point)
         is_done = is_single and (agreement >= self._end or not has_data_guess)
         if is_done:
-            self._search_from(own.point, agreement)
+            self._search_from_point(own.point, agreement)
         if not self._is_excellent() and (has_data_guess or not is_single):
             found = guess_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
@@ -202,18 +202,18 @@ class SearchSession:
             and self.best is not None
             and not self.best.pieces
         ):
-            self._split_chaotic(self.best.point)
+            self._divide_chaotic_motion(self.best.point)
         self._choose_sign_of_com()
         self._choose_heading()
         self._refine_with_estimated_sigmas()
         self._try_aliases()
 
-    def _split_chaotic(self, point: Point) -> None:
+    def _divide_chaotic_motion(self, point: Point) -> None:
         """Divide the best motion into segments if errors grow too much for linearization."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            self._minimize_by_shooting(model, model.start_on_motion_of(point), np.inf)
+            self._minimize_by_shooting(model, model.place_on_motion(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
         """Search from the guesses, starting with the one that agrees best with the records."""
@@ -222,10 +222,10 @@ class SearchSession:
         for agreement, _, point in points:
             if self._is_excellent():
                 return
-            self._search_from(point, agreement)
+            self._search_from_point(point, agreement)
         if points and self.loss == "soft":  # outliers look like disagreement
             nearest = min(points, key=lambda entry: entry[1])
-            self._search_from(nearest[2], self._end)
+            self._search_from_point(nearest[2], self._end)
         if points and not (self._is_excellent() if self.loss == "linear" else self._is_plausible()):
             self._search_with_slow_growth(points[0][2])
 
@@ -243,7 +243,7 @@ class SearchSession:
             damping=body.damping,
             friction=body.friction,
         )
-        self._search_from(own, 0.0)
+        self._search_from_point(own, 0.0)
 
     def _fit_guess(self, guess: Guess) -> Point:
         """Return the point of a guess, improved by a search in its allowed directions."""
@@ -286,13 +286,13 @@ class SearchSession:
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
-    def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
+    def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
         """Return the settings of a search that reports each minimum it finds."""
 
         def report(found: Minimum) -> None:
             self._keep_if_best(found, model)
 
-        return Search(self.loss, limit, ftol, report)
+        return SearchSettings(self.loss, limit, ftol, report)
 
     def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
         """Store a minimum for the complete records if it is the best so far; report progress."""
@@ -307,7 +307,7 @@ class SearchSession:
         if self.progress is not None:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
-    def _search_from(self, point: Point, agreement: float) -> None:
+    def _search_from_point(self, point: Point, agreement: float) -> None:
         """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_parts(point, agreement)
@@ -326,7 +326,7 @@ class SearchSession:
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
-        if best is None or best.pieces or not (p.has("com") and p.has("attitude")):
+        if best is None or best.pieces or not (p.has_free("com") and p.has_free("attitude")):
             return
         if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
             half_turn = np.array([0.0, 1.0, 0.0, 0.0])
@@ -339,7 +339,7 @@ class SearchSession:
         Body-mounted instruments cannot detect this rotation.
         """
         p, best = self.parameters, self.best
-        if best is None or best.pieces or not (p.has("attitude") and p.has("turning")):
+        if best is None or best.pieces or not (p.has_free("attitude") and p.has_free("turning")):
             return
         wanted, found = p.start.turning, best.point.turning
         if not (wanted[:2].any() and found[:2].any()):
@@ -371,7 +371,7 @@ class SearchSession:
         rise = _AS_WELL * max(best.cost / self.dof, 1.0)
         for alias in aliases:
             limit = min(self.model.evaluations + _ALIAS_LIMIT, self.limit)
-            settings = Search(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
+            settings = SearchSettings(self.loss, limit, _ALIAS_FTOL, self._report_minimum)
             found = minimize(self.model, alias, settings)
             turned = found.point
             assert isinstance(turned, Point)
@@ -381,7 +381,7 @@ class SearchSession:
                 continue
             if found.cost < best.cost - rise:
                 self._keep_if_best(found, self.model)
-                self._search_from(turned, self._find_agreement(turned)[0])
+                self._search_from_point(turned, self._find_agreement(turned)[0])
                 return self._try_aliases()
             self.alias = turned if self._has_small_misfit() else None
             return
@@ -389,8 +389,8 @@ class SearchSession:
     def _determines_velocity(self, best: Solution) -> bool:
         spectrum = analyse_spectrum(best.jacobian, best.natural, 1.0, self.parameters.size)
         by_rate = np.zeros((3, self.parameters.size))
-        by_rate[:, self.parameters.at("velocity")] = np.eye(3)
-        return bool(np.isfinite(spectrum.propagate(by_rate)[1]).all())
+        by_rate[:, self.parameters.columns_of("velocity")] = np.eye(3)
+        return bool(np.isfinite(spectrum.propagate_errors(by_rate)[1]).all())
 
     def _report_minimum(self, found: Minimum) -> None:
         self._report_cost(found.cost)
@@ -413,7 +413,7 @@ class SearchSession:
         return point
 
     def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
-        settings = Search(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
+        settings = SearchSettings(self.loss, _ROUGH_LIMIT, _ROUGH_FTOL, self._report_minimum)
         found = minimize(part, point, settings)
         self.evaluations += part.evaluations
         assert isinstance(found.point, Point)
@@ -462,15 +462,15 @@ class SearchSession:
             if least == _CHAOTIC and self._agrees_with_any(guesses):
                 return
             self._piece_count = count
-            if pieces is None and count > _PIECES_TRIED and not self._fits_in_part(guess, count):
+            if pieces is None and count > _PIECES_TRIED and not self._fits_in_pieces(guess, count):
                 return
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
-            begin = model.start_on_motion(guess.point, guess.motion)
+            begin = model.place_on_data(guess.point, guess.motion)
             self._minimize_by_shooting(model, begin, 0.5)
             return
         if pieces is not None:
             model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
-            self._minimize_by_shooting(model, model.start_on_motion_of(self.parameters.start), 0.5)
+            self._minimize_by_shooting(model, model.place_on_motion(self.parameters.start), 0.5)
 
     def _sort_by_agreement(self, guesses: list[Guess]) -> list[Guess]:
         """Return the guesses sorted by their agreement with the records."""
@@ -485,13 +485,13 @@ class SearchSession:
         """
         return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
-    def _fits_in_part(self, guess: Guess, count: int) -> bool:
+    def _fits_in_pieces(self, guess: Guess, count: int) -> bool:
         """Return True if segments with large gaps can fit a part of the records."""
         records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
         model = ShootingModel(self.parameters, records, sigmas, _PIECES_TRIED)
-        is_near = fits_with_gaps(model, model.start_on_motion(guess.point, guess.motion), self.loss)
+        is_near = fits_with_gaps(model, model.place_on_data(guess.point, guess.motion), self.loss)
         self.evaluations += model.evaluations
         return is_near
 
@@ -502,15 +502,15 @@ class SearchSession:
         before = self.best
         self.best = None
         found = minimize_by_shooting(
-            model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit
+            model, begin, self.loss, lambda m: self._store_piecewise_solution(m, model), self.limit
         )
         self.evaluations += model.evaluations
         if np.isfinite(found.cost):
-            self._keep_pieces(found, model)
+            self._store_piecewise_solution(found, model)
         if before is not None and (self.best is None or self.best.cost > factor * before.cost):
             self.best = before
 
-    def _keep_pieces(self, found: Minimum, model: ShootingModel) -> None:
+    def _store_piecewise_solution(self, found: Minimum, model: ShootingModel) -> None:
         self._report_cost(found.cost)
         pieces = found.point
         assert isinstance(pieces, PieceStarts)
@@ -535,9 +535,9 @@ class SearchSession:
             change = max(abs(float((new / old).flat[0]) - 1.0) for old, new in pairs)
             if k and change < _SIGMA_RTOL:
                 return
-            self._use_sigmas(sigmas)
+            self._refit_with_sigmas(sigmas)
 
-    def _use_sigmas(self, sigmas: list[Array]) -> None:
+    def _refit_with_sigmas(self, sigmas: list[Array]) -> None:
         best = self.best
         assert best is not None
         self.evaluations += self.model.evaluations
@@ -549,14 +549,14 @@ class SearchSession:
                 model, PieceStarts(tuple(point for _, point in best.pieces)), np.inf
             )
         else:
-            self._search_from(best.point, self._end)
+            self._search_from_point(best.point, self._end)
 
     def measure_relative_residual(self) -> float:
         """Return the magnitude of the residuals relative to that of the values, or to 1 rad."""
         assert self.best is not None
         shares = [
-            rows.residuals_of_series(self.best.residuals)[rows.mask]
-            * rows.sigma[rows.mask]
+            rows.residuals_of_series(self.best.residuals)[rows.is_measured]
+            * rows.sigma[rows.is_measured]
             / rows.series.size
             for rows in self.model.rows
         ]
@@ -570,7 +570,7 @@ class SearchSession:
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
-            own = scaled[rows.at][rows.mask.ravel()]
+            own = scaled[rows.row_slice][rows.is_measured.ravel()]
             scale = rows.series.spread / float(rows.sigma.mean())
             if own.size and own.max() <= _INSENSITIVE * scale:
                 raise ValueError(
@@ -579,9 +579,9 @@ class SearchSession:
                 )
 
 
-def _find_disagreement(rows: Rows, found: Evaluation, t: Array) -> float:
+def _find_disagreement(rows: SeriesRows, found: Evaluation, t: Array) -> float:
     """Return the first time at which the residuals of a series exceed a fraction of its spread."""
-    measured = rows.mask.any(axis=1)
+    measured = rows.is_measured.any(axis=1)
     if not measured.any():
         return np.inf
     scale = np.hypot(rows.series.spread, 3.0 * rows.sigma)

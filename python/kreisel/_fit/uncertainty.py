@@ -17,7 +17,7 @@ import numpy as np
 from .._utils.validation import Array
 from .levenberg_marquardt import LossName
 from .parameters import Point
-from .residuals import ResidualModel, Rows
+from .residuals import ResidualModel, SeriesRows
 
 _CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
 _RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
@@ -48,16 +48,16 @@ class ResidualStatistics(NamedTuple):
 class Spectrum:
     """Directions in parameter space that the residuals do and do not determine, in natural units.
 
-    natural  (size,) the natural sizes of the parameters factor   (size, k) whose product with its
-    transpose is the covariance blind    (size, l) unit vectors along the changes that do not affect
-    any residual
+    natural  (size,) the natural sizes of the parameters, which are the units of the other fields
+    factor   (size, k) the matrix F for which F F^T is the covariance
+    blind    (size, l) unit vectors along the changes that do not affect any residual
     """
 
     natural: Array
     factor: Array
     blind: Array
 
-    def propagate(self, gradient: Array) -> tuple[Array, Array]:
+    def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
         """Return the covariance and the errors of k functions, given their `gradients`.
 
         The error of a function is infinite if the function varies mainly along blind directions.
@@ -120,11 +120,11 @@ def compute_statistics(
     return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
 
 
-def _correlate_neighbours(rows: tuple[Rows, ...], residuals: Array) -> float:
+def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
-        values, measured = one.residuals_of_series(residuals), one.mask
+        values, measured = one.residuals_of_series(residuals), one.is_measured
         for k in range(values.shape[1]):
             column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
@@ -148,11 +148,13 @@ def measure_nonlinearity(
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
-    room = model.distances(point)
+    room = model.distances_to_bounds(point)
     for sign in (1.0, -1.0):
         if (-sign * step > room).any():
             continue
-        there = model.evaluate(model.move(point, sign * step), has_jacobian=False).residuals
+        there = model.evaluate(
+            model.move_within_bounds(point, sign * step), has_jacobian=False
+        ).residuals
         with np.errstate(invalid="ignore"):
             rise = float(there @ there - residuals @ residuals)
         worst = max(worst, abs(rise / inflation**2 - 1.0)) if np.isfinite(rise) else np.inf

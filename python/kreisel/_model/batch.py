@@ -17,7 +17,7 @@ from .broadcasting import (
     Index,
     Parameter,
     Shape,
-    drop_broadcast,
+    collapse_broadcast_axes,
     memoize_by_buffer,
 )
 
@@ -59,7 +59,7 @@ class Batch(Generic[_M]):
         return made
 
     @property
-    def _axes(self) -> tuple[str, ...]:
+    def _dimension_names(self) -> tuple[str, ...]:
         """The names of the dimensions.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
@@ -77,7 +77,7 @@ class Batch(Generic[_M]):
         """
         dims = len(self.shape)
         return MappingProxyType(
-            {name: drop_broadcast(column, dims) for name, column in self._varied.items()}
+            {name: collapse_broadcast_axes(column, dims) for name, column in self._varied.items()}
         )
 
     def _varying_parameters(self) -> list[Parameter]:
@@ -128,7 +128,7 @@ class Batch(Generic[_M]):
         if not _is_basic(key):
             return self._fancy_index(key)
         left: Any = _index_array(np.broadcast_to(_PLACEHOLDER, self.shape), key)
-        places = _expand_key(key, len(self.shape))
+        places = _expand_index_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
             return self._member(
                 tuple(operator.index(i) % n for i, n in zip(places, self.shape, strict=True))
@@ -151,7 +151,7 @@ class Batch(Generic[_M]):
             return self._take_members(order, (None,) * order.ndim)
 
         def take_from_column(column: Column) -> Column:
-            small = drop_broadcast(column, dims)
+            small = collapse_broadcast_axes(column, dims)
             at = tuple(
                 part if small.shape[k] == self.shape[k] else slice(None)
                 for k, part in enumerate(parts)
@@ -167,7 +167,7 @@ class Batch(Generic[_M]):
 
         def gather_from_column(column: Column) -> Column:
             trailing = column.shape[dims:]
-            small = drop_broadcast(column, dims)
+            small = collapse_broadcast_axes(column, dims)
             varies = [n > 1 for n in small.shape[:dims]]
             if order.size and not any(varies):
                 return np.broadcast_to(small[(0,) * dims], order.shape + trailing)
@@ -211,8 +211,10 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which broadcast dimensions have length 1."""
-        held = memoize_by_buffer(lambda column: drop_broadcast(column, len(self.shape)).copy())
+        """Return the state for pickling, in which broadcast dimensions have a single entry."""
+        held = memoize_by_buffer(
+            lambda column: collapse_broadcast_axes(column, len(self.shape)).copy()
+        )
         return {
             "shape": self.shape,
             "names": self._names,
@@ -224,14 +226,17 @@ class Batch(Generic[_M]):
         shape = state["shape"]
         dims = len(shape)
 
-        def spread_out(held: Mapping[str, Column]) -> dict[str, Column]:
+        def broadcast_columns(held: Mapping[str, Column]) -> dict[str, Column]:
             return {
                 name: np.broadcast_to(kept, shape + kept.shape[dims:])
                 for name, kept in held.items()
             }
 
         self._set_columns(
-            shape, state["names"], spread_out(state["columns"]), spread_out(state["varied"])
+            shape,
+            state["names"],
+            broadcast_columns(state["columns"]),
+            broadcast_columns(state["varied"]),
         )
 
 
@@ -264,7 +269,7 @@ def _is_integer(part: object) -> bool:
     return isinstance(part, int | np.integer) and not isinstance(part, bool)
 
 
-def _expand_key(key: object, dims: int) -> tuple[Any, ...]:
+def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
     """Expand an index key to one entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
     spent = sum(part is not None and part is not ... for part in parts)
@@ -274,7 +279,7 @@ def _expand_key(key: object, dims: int) -> tuple[Any, ...]:
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
     """Expand a key that consists of slices and one 1-D array; return None for any other key."""
-    parts = _expand_key(key, dims)
+    parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1
     return parts if is_one else None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._utils.errors import refuse_assignment, warn
+from .._utils.errors import refuse_assignment, warn_user
 from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import Batch
 from .bodies_constructors import BodiesConstructors
@@ -172,7 +172,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         said = unphysical_message(mass, parse_tensor("inertia", tensor), com)
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
-        warn(f"body{list(at)}{more}: {said}" if at else said)
+        warn_user(f"body{list(at)}{more}: {said}" if at else said)
 
     def _member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"

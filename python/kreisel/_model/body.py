@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._utils.errors import refuse_assignment, status_to_exception, warn
+from .._utils.errors import refuse_assignment, status_to_exception, warn_user
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -123,7 +123,7 @@ class Body(BodyConstructors):
         if unphysical is not False:
             as_bool("unphysical", unphysical)
         elif not can_be:
-            warn(unphysical_message(self.mass, tensor, self.com))
+            warn_user(unphysical_message(self.mass, tensor, self.com))
         kept["unphysical"] = unphysical or not can_be
 
     @classmethod

@@ -80,7 +80,9 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if isinstance(given, Parameter):
         return given
     said = what or (f"{value[0]} numbers" if value else "a number")
-    values = as_array(name, drop_broadcast(given) if type(given) is np.ndarray else given, said)
+    values = as_array(
+        name, collapse_broadcast_axes(given) if type(given) is np.ndarray else given, said
+    )
     if isinstance(given, np.ndarray):
         values = np.broadcast_to(values, given.shape)
     if value and values.shape[-len(value) :] != value:
@@ -91,7 +93,7 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
             else f"{name} must be {said}, not {short_repr(given)}"
         )
     made = Parameter(name, values, value)
-    if not np.isfinite(drop_broadcast(values)).all():
+    if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
         made.raise_at_first(
@@ -122,7 +124,7 @@ def parse_non_negative(name: str, given: object) -> Parameter:
     return made
 
 
-def drop_broadcast(values: Column, lead: int | None = None) -> Column:
+def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
     """Return a view in which dimensions with stride zero have length 1.
 
     Only the first `lead` dimensions are reduced, or all dimensions if `lead` is None.
@@ -137,14 +139,14 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Return a version of `change` that is applied only once to columns sharing a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def change_once(held: Column) -> Column:
+    def cached_change(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return change_once
+    return cached_change
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
@@ -216,7 +218,7 @@ def split_components(values: Array) -> tuple[Array, ...]:
     return tuple(np.moveaxis(values, -1, 0))
 
 
-def map_blocks(
+def compute_in_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.

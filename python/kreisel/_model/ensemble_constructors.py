@@ -18,7 +18,13 @@ from .._utils.validation import Array, as_bool
 from ..quaternion import conjugate, multiply
 from .bodies import Bodies
 from .body import Body
-from .broadcasting import Parameter, map_blocks, parse_parameter, split_components, stack_components
+from .broadcasting import (
+    Parameter,
+    compute_in_blocks,
+    parse_parameter,
+    split_components,
+    stack_components,
+)
 from .ensemble_data import (
     EnsembleData,
     S,
@@ -100,7 +106,7 @@ class EnsembleConstructors(EnsembleData[S]):
         broadcast_shape(body, [*parameters, *around])
         turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
-        q = map_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
+        q = compute_in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
         with np.errstate(all="ignore"):
             start = Parameter(
                 "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)

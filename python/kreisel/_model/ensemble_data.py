@@ -23,8 +23,8 @@ from .broadcasting import (
     Shape,
     axis_names,
     common_shape,
+    compute_in_blocks,
     make_columns,
-    map_blocks,
     parse_parameter,
     to_python,
 )
@@ -62,7 +62,7 @@ class EnsembleData(Batch[S]):
         friction: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = check_body(body), parse_start(given)
+        bodies, start = check_body(body), select_start_parameter(given)
         turned, q = parse_attitudes(attitude, attitude_xyzw)
         given_around = Environment(gravity, damping, turning, shaking, friction)
         around, columns = parse_environments(given_around)
@@ -179,7 +179,7 @@ class EnsembleData(Batch[S]):
         parameter. The parameter must be a scalar that varies along no other dimension. Any other
         dimension k is named 'dim_k', or 'top' if it is the only dimension.
         """
-        return self._axes
+        return self._dimension_names
 
     @property
     def body(self) -> Body | Bodies:
@@ -283,7 +283,7 @@ def reproduce_member_error(
     return ValueError(f"{place}{text}")
 
 
-def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
+def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
     """Return the single given parameter that determines the momentum.
 
     Raises ValueError unless exactly one of the parameters in ONE_OF is given.
@@ -341,4 +341,4 @@ def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Ar
     def compute(*components: Any) -> tuple[Array, ...]:
         return angular_momentum(start.name, *components)
 
-    return map_blocks(compute, shape, 3, *given)
+    return compute_in_blocks(compute, shape, 3, *given)

@@ -30,7 +30,7 @@ from .euler_angles import (
     velocity_from_euler,
 )
 from .kwargs_types import SceneKwargs, VaryKwargs
-from .scene_arguments import parse_checked, parse_fast
+from .scene_arguments import check_and_parse, try_fast_parsing
 from .toml import call_constructor, check_table, dump, parse_tables, read
 from .toml_body import MAKERS, body_from_table
 from .variation import scatter, vary
@@ -107,9 +107,11 @@ class Scene:
         if body_velocity is not None:
             given["body_velocity"] = body_velocity
         around = gravity, damping, turning, shaking, friction
-        made = None if attitude_xyzw is not None else parse_fast(body, given, attitude, around)
+        made = (
+            None if attitude_xyzw is not None else try_fast_parsing(body, given, attitude, around)
+        )
         if made is None:
-            made = parse_checked(body, given, attitude, attitude_xyzw, Environment(*around))
+            made = check_and_parse(body, given, attitude, attitude_xyzw, Environment(*around))
         kept = self.__dict__
         kept["body"] = body
         m, q, g, d, u, s, f, block = made
@@ -140,7 +142,7 @@ class Scene:
         }
 
     @property
-    def _is_damped(self) -> bool:
+    def _has_damping(self) -> bool:
         return any(self.damping)
 
     @property
@@ -173,7 +175,7 @@ class Scene:
         return max(bound + math.hypot(*self.turning), rate if amplitude else 0.0)
 
     @cached_property
-    def _safe_horizon(self) -> float:
+    def _resolvable_horizon(self) -> float:
         """A time [T] up to which `check_horizon` is certain to raise no error."""
         return 0.5 * _COUNTABLE / self._rate_estimate if self._rate_estimate > 0.0 else math.inf
 
@@ -383,7 +385,7 @@ class Scene:
             "attitude": self.attitude,
             "gravity": self.gravity,
         }
-        if self._is_damped:
+        if self._has_damping:
             start["damping"] = self.damping
         start |= {"turning": self.turning} if any(self.turning) else {}
         start |= {"shaking": self.shaking} if any(self.shaking) else {}

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SceneData = tuple[Vector, Quaternion, float, Vector, Vector, Vector, float, bytes]
 
 
-def parse_fast(
+def try_fast_parsing(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
@@ -42,7 +42,7 @@ def parse_fast(
     return made if isinstance(made, tuple) else None
 
 
-def parse_checked(
+def check_and_parse(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,

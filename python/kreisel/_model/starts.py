@@ -54,14 +54,14 @@ class _EnergySurface(NamedTuple):
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return the angular momentum M for n verticals P and n angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._momentum_basis(P)
+        first, second = self._scaled_velocity_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _momentum_basis(self, P: Array) -> tuple[Array, Array]:
+    def _scaled_velocity_basis(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
 
         These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
@@ -71,12 +71,12 @@ class _EnergySurface(NamedTuple):
 
     def angle_of_stationary_height(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
-        first, second = self._momentum_basis(P)
+        first, second = self._scaled_velocity_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
 
-    def lower_bound(self, P: Array, reach: Array) -> Array:
+    def potential_lower_bound(self, P: Array, reach: Array) -> Array:
         """Return a lower bound of U within the angular distance `reach` of P.
 
         The bound follows from the gradient of U at P and a bound on the curvature of U.
@@ -237,7 +237,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
             drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
-            at, chance = cover.verticals(drawn), drawn[:, 3] ** 2
+            at, chance = cover.draw_verticals(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
             P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
@@ -271,7 +271,7 @@ class _SphereCells(NamedTuple):
     tall: Array
     wide: Array
 
-    def verticals(self, drawn: Array) -> Array:
+    def draw_verticals(self, drawn: Array) -> Array:
         """Return uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
@@ -286,7 +286,7 @@ class _SphereCells(NamedTuple):
         aside = 0.5 * self.wide * np.sin(polar[1])
         return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
 
-    def split(self) -> _SphereCells:
+    def halve_cells(self) -> _SphereCells:
         """Return the two halves of each cell, which is cut across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
@@ -306,11 +306,11 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
         P, reach = cover.centres_and_reaches()
-        kept = surface.lower_bound(P, reach) <= surface.energy
+        kept = surface.potential_lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
             break
-        cover = cover.split()
+        cover = cover.halve_cells()
     return cover
 
 

@@ -26,10 +26,10 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     with open(
         os.fspath(source), "rb"
     ) as file:  # fspath rejects an integer, which open would use as a file descriptor
-        return prefix_errors(os.fspath(source), lambda: parse(read_limited(file)))
+        return prefix_errors(os.fspath(source), lambda: parse(read_limited_text(file)))
 
 
-def read_limited(file: BinaryIO) -> str:
+def read_limited_text(file: BinaryIO) -> str:
     """Return the text of a file, device or pipe.
 
     Raises ValueError if the text is longer than 1 MiB or not valid UTF-8.

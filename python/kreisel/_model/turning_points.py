@@ -54,7 +54,7 @@ def explain_no_turning_points(status: str, scene: Scene) -> str:
     """Return text that explains why a motion has no turning points, given the core's status."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
-    what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"
+    what = "a damped top" if scene._has_damping else f"this one, of kind {scene.body.kind!r},"
     what += " with a rotor" if any(scene.body.rotor) else ""
     what += "".join([f" with {name}" for name in list_disturbances(scene) if name != "damping"])
     return (

@@ -22,7 +22,7 @@ from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body
-from .broadcasting import Parameter, map_blocks, parse_parameter
+from .broadcasting import Parameter, compute_in_blocks, parse_parameter
 from .ensemble_constructors import (
     Components,
     EnsembleConstructors,
@@ -234,7 +234,7 @@ def scatter(
                 _parse_standard_deviation("attitude", attitude, 3) * normal[:, 3:6],
                 np.array(scene.attitude),
             )
-            words["attitude"] = map_blocks(_rotate_first, (count,), 4, own, turns)
+            words["attitude"] = compute_in_blocks(_rotate_first, (count,), 4, own, turns)
         if gravity is not None:
             words["gravity"] = (
                 scene.gravity + _parse_standard_deviation("gravity", gravity, 1) * normal[:, 6]

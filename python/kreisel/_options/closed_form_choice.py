@@ -102,7 +102,7 @@ def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene), 0.0
-    if _misses_ratio(scene, form.ratio):
+    if _has_mismatch(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
     if times is None:
         reason = (

@@ -190,7 +190,7 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 def describe_kind(scene: Scene) -> str:
     """Return text that describes the body of a scene according to its kind."""
-    damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
+    damped, near = "damped " if scene._has_damping else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
     more = list_disturbances(scene) if scene._is_disturbed else []
@@ -211,7 +211,7 @@ def has_torus(scene: Scene) -> bool:
 
 def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
-    if scene._is_damped:
+    if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if scene._is_disturbed and not methods[EXACT].suits(scene):
         return f"no closed form is known for {describe_kind(scene)}"
@@ -247,7 +247,7 @@ def get_method(name: object) -> Method:
 
 def _describe_tops(method: Method, scene: Scene) -> str:
     """Describe the tops to which a method applies, for an error message about `scene`."""
-    if scene._is_damped and not method.damped:
+    if scene._has_damping and not method.damped:
         return "tops without damping"
     if scene.friction and not method.friction:
         return "tops without friction"

@@ -90,7 +90,7 @@ class SolveOptions:
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
-    def safe_horizon(self) -> float:
+    def step_count_horizon(self) -> float:
         """A time [T] up to which step counts are certain to be exact in double precision."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 

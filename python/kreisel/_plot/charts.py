@@ -14,7 +14,7 @@ from .._utils.html import render_png
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_bool, as_unit, short_repr
 from .panels import apply_style, time_label
-from .solids import BLUE, FAINT, ORANGE, check_axes, hide_axes, project
+from .solids import BLUE, FAINT, ORANGE, check_axes, hide_axes, project_to_view
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -40,7 +40,7 @@ class Plottable(Protocol):
     def precession_angle(self) -> Array: ...
 
 
-class Difference(NamedTuple):
+class AngleDifference(NamedTuple):
     """The angle between the attitudes of two paths at their common times.
 
     t      (k,) times [T]
@@ -85,7 +85,7 @@ def plot_paths(
     axes: Iterable[Axes] | None,
     degrees: bool,
     time_unit: str,
-    compute_difference: Callable[[], Difference] | None = None,
+    compute_difference: Callable[[], AngleDifference] | None = None,
 ) -> Picture:
     """Plot each path and the states at its events in three axes, in a new figure by default.
 
@@ -194,7 +194,7 @@ def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
 
 
 def _draw_difference(
-    chart: Axes, difference: Difference, angle: tuple[float, str], time: str
+    chart: Axes, difference: AngleDifference, angle: tuple[float, str], time: str
 ) -> None:
     """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
     unit, sign = angle
@@ -235,14 +235,14 @@ def _mark_events(
     """Draw a point at each event, on the trace and in both charts."""
     sphere, above, below = axes
 
-    def dots(chart: Axes, x: Array, y: Array) -> None:
+    def draw_event_dots(chart: Axes, x: Array, y: Array) -> None:
         chart.plot(x, y, "o", color=ORANGE, markersize=4.0, zorder=4)
 
-    x, y, depth = project(events.apex)
-    dots(sphere, x[depth > 0.0], y[depth > 0.0])
-    dots(above, events.t, unit * events.nutation)
+    x, y, depth = project_to_view(events.apex)
+    draw_event_dots(sphere, x[depth > 0.0], y[depth > 0.0])
+    draw_event_dots(above, events.t, unit * events.nutation)
     order = np.argsort(t)
-    dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
+    draw_event_dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
 
 
 def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
@@ -268,7 +268,7 @@ def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
     _draw_parallel(axes, 0.0, elevation, FAINT, "-")
-    x, y, _ = project(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
+    x, y, _ = project_to_view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
 
@@ -277,7 +277,7 @@ def _draw_parallel(axes: Axes, height: float, elevation: float, colour: str, sty
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     flat = (1.0 - height * height) ** 0.5
     circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
-    x, y, depth = project(circle, elevation)
+    x, y, depth = project_to_view(circle, elevation)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
 
 
@@ -291,7 +291,7 @@ def draw_trace(
     draw_sphere(axes, elevation)
     for height in limits:
         _draw_parallel(axes, float(height), elevation, ORANGE, "--")
-    x, y, depth = project(trace, elevation)
+    x, y, depth = project_to_view(trace, elevation)
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
     ink = matplotlib.rcParams["text.color"]

@@ -22,7 +22,7 @@ from .._utils.atomic_io import atomic_write, check_writable
 from .._utils.errors import refuse_assignment
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive, as_unit
-from .solids import CREAM, FAINT, RED, build_solid, draw_faces, hide_axes, project
+from .solids import CREAM, FAINT, RED, build_solid, draw_faces, hide_axes, project_to_view
 from .stage import STAND, STEEL, cast_shadow, draw_stage
 
 with optional_dependency("'kreisel[plot]'"):
@@ -123,7 +123,7 @@ class Film:
         (tip,) = axes.plot([], [], "o", color=RED, markersize=4)
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
-        x, y, depth = project(self._apex)
+        x, y, depth = project_to_view(self._apex)
         begin, out = _extent_along_apex(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)

@@ -21,7 +21,7 @@ _COLOURS = (BLUE, ORANGE, "#5a9e6f")
 _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
-class Panel(Protocol):
+class SeriesPanel(Protocol):
     """The measurements of one quantity and its residuals.
 
     values and residuals have the shape (n, k), and are NaN where nothing was measured. sigma
@@ -40,7 +40,7 @@ class Panel(Protocol):
     def sigma(self) -> Array: ...
 
 
-def plot_panels(panels: list[Panel]) -> Picture:
+def plot_panels(panels: list[SeriesPanel]) -> Picture:
     """Draw two charts per panel: measurements with the fitted motion, and scaled residuals."""
     figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
     axes: list[Axes] = []

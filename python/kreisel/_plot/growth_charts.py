@@ -24,7 +24,7 @@ _LOWEST = {"megno": 0.1, "oli": 0.1}  # values below are left out of the logarit
 _CHAOTIC, _DOUBTFUL = 1, 2  # indices of CLASSES
 
 
-class Verdicts(Protocol):
+class TopVerdicts(Protocol):
     """A chaos indicator with a verdict for each top."""
 
     @property
@@ -43,14 +43,14 @@ class Verdicts(Protocol):
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool: ...
 
 
-def classify_tops(indicator: Verdicts) -> npt.NDArray[np.int8]:
+def classify_tops(indicator: TopVerdicts) -> npt.NDArray[np.int8]:
     """Return an array that contains, for each top, the index of its class in CLASSES."""
     found = np.where(np.ravel(indicator.is_chaotic), _CHAOTIC, 0).astype(np.int8)
     found[np.ravel(indicator.is_doubtful)] = _DOUBTFUL
     return found
 
 
-def draw_curves(indicator: Verdicts, axes: Axes | None, unit: str) -> Axes:
+def draw_curves(indicator: TopVerdicts, axes: Axes | None, unit: str) -> Axes:
     """Draw the curve of each top over time, in the colour of its class."""
     chart = new_axes() if axes is None else check_axes(axes)
     curves = indicator.curve.reshape(-1, indicator.t.size)
@@ -87,7 +87,7 @@ def _legend_entries(classes: npt.NDArray[np.int8]) -> list[Line2D]:
     return marks
 
 
-def draw_map(indicator: Verdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
+def draw_map(indicator: TopVerdicts, tops: Ensemble, axes: Axes | None, unit: str) -> Axes:
     """Plot the final values over two parameters, and mark each doubtful top with a dot."""
     chart = new_axes() if axes is None else check_axes(axes)
     values = indicator.curve[..., -1]

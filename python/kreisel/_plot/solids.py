@@ -21,7 +21,7 @@ _PIECES = 4  # straight pieces that approximate each piece of a profile
 _ROUND = 24  # flat sides that approximate a round tube
 
 
-def project(
+def project_to_view(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return the components of points along three directions: right, up, and towards the viewer.
@@ -60,7 +60,7 @@ def draw_faces(
     drawn brighter. `colour` is either a single colour for all faces or an array with one row per
     face. `edge` is the line width of the face outlines [pt].
     """
-    x, y, depth = project(corners, elevation, azimuth)
+    x, y, depth = project_to_view(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
         y[:, 2] - y[:, 0]
     ) > 0.0
@@ -124,7 +124,7 @@ def draw_scale(
     extent.
     """
     ink = matplotlib.rcParams["text.color"]
-    x, y, _ = project(centre, elevation, azimuth)
+    x, y, _ = project_to_view(centre, elevation, azimuth)
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))

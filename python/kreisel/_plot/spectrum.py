@@ -20,7 +20,7 @@ _NEAR = 1e-3  # largest difference of a line from a multiple, relative to the fr
 _DECADES = 0.5  # empty part of the scale below the weakest and above the strongest line
 
 
-class Lines(Protocol):
+class SpectralLines(Protocol):
     """The fundamental frequencies of a motion, and its spectral lines."""
 
     @property
@@ -35,7 +35,7 @@ class Lines(Protocol):
     def rest(self) -> float: ...
 
 
-def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
+def draw_lines(spectrum: SpectralLines, axes: Axes | None, unit: str) -> Axes:
     """Plot the amplitude of each spectral line against its frequency, and return the axes."""
     chart = new_axes(6.4, 3.4) if axes is None else check_axes(axes)
     strengths = np.abs(spectrum.amplitudes)
@@ -63,7 +63,7 @@ def draw_lines(spectrum: Lines, axes: Axes | None, unit: str) -> Axes:
     return chart
 
 
-def _label_lines(chart: Axes, spectrum: Lines, lines: Array, strengths: Array) -> None:
+def _label_lines(chart: Axes, spectrum: SpectralLines, lines: Array, strengths: Array) -> None:
     """Label each line with its offset from the precession frequency in terms of the nutation."""
     style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "fontsize": 7.5}
     if spectrum.nutation > 0.0:

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .solids import FAINT, project
+from .solids import FAINT, project_to_view
 
 with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ def draw_stage(axes: Axes, floor: float) -> None:
 
 def _set_limits(axes: Axes, floor: float) -> None:
     """Set the axis limits of a square picture so that the sphere and the floor fit in it."""
-    _, y, _ = project(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
+    _, y, _ = project_to_view(np.array([[0.0, -0.9, floor], [0.0, 0.0, 1.3]]))
     low = min(float(y[0]), -_MARGIN if floor < -0.5 else 0.0)
     middle = 0.5 * (low + float(y[1]))
     axes.set(xlim=(-_MARGIN, _MARGIN), ylim=(middle - _MARGIN, middle + _MARGIN))
@@ -115,4 +115,4 @@ def _directions(angle: Array) -> Array:
 def _project_at_height(places: Array, height: float) -> Array:
     """Project points of a horizontal plane onto the picture, and return their coordinates."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
-    return np.stack(project(lifted)[:2], axis=-1)
+    return np.stack(project_to_view(lifted)[:2], axis=-1)

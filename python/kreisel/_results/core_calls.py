@@ -18,7 +18,7 @@ from .._utils.validation import Array, as_finite_array, as_float
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-class Origin(NamedTuple):
+class RunOrigin(NamedTuple):
     """The time [T] of a run's initial state, and the low-order words of that state or None.
 
     The time is 0 unless the run has been pushed, reset or changed.
@@ -34,7 +34,7 @@ class Origin(NamedTuple):
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
-    def from_json(cls, value: object) -> Origin:
+    def from_json(cls, value: object) -> RunOrigin:
         """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
@@ -46,7 +46,7 @@ class Origin(NamedTuple):
         return cls(as_float("the time of the start", value[0]), low)
 
 
-ORIGIN = Origin()
+ORIGIN = RunOrigin()
 
 
 def record_states(
@@ -54,7 +54,7 @@ def record_states(
     options: SolveOptions,
     times: Array,
     progress: Progress | Work | None = None,
-    origin: Origin = ORIGIN,
+    origin: RunOrigin = ORIGIN,
 ) -> CoreResult:
     """Record the states at times that have already been validated.
 
@@ -66,7 +66,7 @@ def record_states(
 
 
 def record_unordered(
-    scene: Scene, options: SolveOptions, times: Array, origin: Origin = ORIGIN
+    scene: Scene, options: SolveOptions, times: Array, origin: RunOrigin = ORIGIN
 ) -> CoreResult:
     """Record the states at unordered times, which may be negative, zero or positive.
 

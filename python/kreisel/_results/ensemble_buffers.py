@@ -153,9 +153,9 @@ class EnsembleBuffers:
             mine[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array
-        self.merge(begin, part)
+        self.merge_part(begin, part)
 
-    def merge(self, begin: int, part: EnsembleBuffers) -> None:
+    def merge_part(self, begin: int, part: EnsembleBuffers) -> None:
         """Add the failures, choices and events of `part`, whose first row has index `begin`."""
         if part is self:
             return

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from .._options.quantities import LOW, RECORDABLE, check_quantity
-from .._utils.errors import suggest
+from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import RawEvents, derivatives, values
@@ -159,7 +159,7 @@ class Paths(EnsembleResult, QuantityAttributes):
                 hint = TANGENT_ATTRIBUTES[name]
                 raise AttributeError(f"these paths have no {name!r}: {hint}")
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(f"paths have no {short_repr(name)}; {suggest(name, known)}")
+            raise AttributeError(f"paths have no {short_repr(name)}; {suggest_name(name, known)}")
 
     @cached_property
     def events(self) -> EnsembleEvents:

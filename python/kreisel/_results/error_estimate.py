@@ -28,7 +28,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
-from .core_calls import ORIGIN, CoreResult, Origin
+from .core_calls import ORIGIN, CoreResult, RunOrigin
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
@@ -137,7 +137,7 @@ def rounding_growth(
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-    origin: Origin = ORIGIN,
+    origin: RunOrigin = ORIGIN,
 ) -> tuple[CoreResult, float]:
     """Return a core result, and the largest factor by which an initial rounding error is amplified.
 

@@ -108,14 +108,14 @@ class WorkerPool(NamedTuple):
         """
         threads = 1 if task.n <= LANES else self.threads
         if self.executor is not None:
-            _run_on(self.executor, self, task)
+            _run_with_executor(self.executor, self, task)
         elif threads == 1 or task.is_native:
-            _run_here(task, threads)
+            _run_in_calling_thread(task, threads)
         else:
             with ThreadPoolExecutor(self.threads) as executor:
-                _run_on(executor, self, task)
+                _run_with_executor(executor, self, task)
 
-    def slices(self, n: int) -> Iterator[tuple[int, int]]:
+    def divide_evenly(self, n: int) -> Iterator[tuple[int, int]]:
         """Yield slices of n members, of decreasing size so that all threads finish together."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
@@ -125,10 +125,10 @@ class WorkerPool(NamedTuple):
             begin = end
 
 
-def _run_here(task: SliceTask[Any], threads: int) -> None:
+def _run_in_calling_thread(task: SliceTask[Any], threads: int) -> None:
     """Run a task in the calling thread, while checking for signals and reporting progress."""
     task.work.listen(task.n, task.progress)
-    slices: Any = WorkerPool(1).slices(task.n)
+    slices: Any = WorkerPool(1).divide_evenly(task.n)
     if task.is_native:
         task.work.share(threads)
         slices = [(0, task.n)]
@@ -140,7 +140,7 @@ def _run_here(task: SliceTask[Any], threads: int) -> None:
             raise KeyboardInterrupt
 
 
-def _run_on(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
+def _run_with_executor(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
     """Run a task on the workers of an executor."""
     done, last_call = 0, time.monotonic()
 
@@ -156,5 +156,5 @@ def _run_on(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
             last_call = now
             task.progress((done if pool.is_remote else task.work.done) / task.n)
 
-    jobs = ((part, task.job(*part)) for part in pool.slices(task.n))
+    jobs = ((part, task.job(*part)) for part in pool.divide_evenly(task.n))
     run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, poll, task.work.stop)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-    from .._plot.growth_charts import Verdicts
+    from .._plot.growth_charts import TopVerdicts
 
 
 _UNITS = {"lyapunov": "T^-1", "megno": "", "oli": ""}
@@ -30,7 +30,7 @@ _TEXTS = {
 }
 
 
-def indicator_frame(indicator: Verdicts, tops: Ensemble | None) -> DataFrame:
+def indicator_frame(indicator: TopVerdicts, tops: Ensemble | None) -> DataFrame:
     """Return a DataFrame with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd
@@ -49,7 +49,7 @@ def indicator_frame(indicator: Verdicts, tops: Ensemble | None) -> DataFrame:
     return frame
 
 
-def indicator_dataset(indicator: Verdicts, tops: Ensemble | None) -> Dataset:
+def indicator_dataset(indicator: TopVerdicts, tops: Ensemble | None) -> Dataset:
     """Return a Dataset with the indicator of each top over time, and the classification."""
     with optional_dependency(TABLES):
         import xarray as xr
@@ -66,5 +66,5 @@ def indicator_dataset(indicator: Verdicts, tops: Ensemble | None) -> Dataset:
     return xr.Dataset(variables, attrs=_attributes(indicator)).set_coords(coordinates)
 
 
-def _attributes(indicator: Verdicts) -> dict[str, object]:
+def _attributes(indicator: TopVerdicts) -> dict[str, object]:
     return {"indicator": indicator.name, "threshold": indicator.threshold}

@@ -23,7 +23,7 @@ from .._utils.atomic_io import atomic_write
 from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
-from .core_calls import ORIGIN, CoreResult, Origin, creation_error, record_unordered
+from .core_calls import ORIGIN, CoreResult, RunOrigin, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
 from .indexing import StateIndex, check_path_times, resolve_index
 from .serialization import dump_path
@@ -68,7 +68,7 @@ class Path(ReadOnlyArrays, Tables):
     _events: Events | None = None
     _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
-    _origin: Origin = ORIGIN
+    _origin: RunOrigin = ORIGIN
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class Path(ReadOnlyArrays, Tables):
         _events: Events | None = None,
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
-        _origin: Origin = ORIGIN,
+        _origin: RunOrigin = ORIGIN,
     ) -> None:
         fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
@@ -432,7 +432,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 
 
 def make_path(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
     """Return a path that contains all states in `result`, a result of the core."""
     _, states, low, counts, end = result
@@ -442,20 +442,24 @@ def make_path(
 
 
 def path_or_raise(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
     """Return a path built from a core result, limited to the quantities in `options.want`.
 
     If the status of the result is not 'OK', the exception given by stop_exception is raised.
     """
-    path = drop_unwanted(make_path(scene, options, result, origin), options.want, result[-1])
+    path = drop_unrequested_quantities(
+        make_path(scene, options, result, origin), options.want, result[-1]
+    )
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path
 
 
-def drop_unwanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """Return a copy of the path that contains only t and the quantities in `want`.
+def drop_unrequested_quantities(
+    path: Path, want: tuple[QuantityName, ...] | None, end: float
+) -> Path:
+    """Return a copy of the path with only t and the quantities in `want`.
 
     If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of the
     quantities, the computation is repeated, and kreisel.Interrupted is raised with the complete

@@ -67,7 +67,7 @@ class ColumnRecorder:
         self._arrays: dict[str, Array] = {}
         self._events: list[Events] = []
 
-    def add(self, part: Path) -> None:
+    def append_states(self, part: Path) -> None:
         """Append the quantities and events of `part`, a path that contains the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
@@ -78,7 +78,7 @@ class ColumnRecorder:
         if part._events is not None:
             self._events.append(part._events)
 
-    def path(self, last: Path) -> Path:
+    def build_path(self, last: Path) -> Path:
         """Return a path with the recorded columns and events; the other data are from `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
@@ -101,13 +101,13 @@ def record_chunks(
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])
-    columns.add(part)
+    columns.append_states(part)
     try:
         for first in range(1, times.size, CHUNK_SIZE):
             if status != "OK" or has_ended():
                 break
             status, part = record(times[first : first + CHUNK_SIZE])
-            columns.add(part)
+            columns.append_states(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
-    return status, columns.path(part)
+    return status, columns.build_path(part)

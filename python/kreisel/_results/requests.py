@@ -63,7 +63,7 @@ def _make_request(
     want, stored = options.want, options.path_options
     if want is not None:
         stored = replace(stored, want=want)
-    core, most, limit = options.core, options.safe_horizon, options.chunk_size
+    core, most, limit = options.core, options.step_count_horizon, options.chunk_size
     classes = Path, Stats, Scene
     return Request(classes, options, stored, core, want, most, limit, closed, decide)
 

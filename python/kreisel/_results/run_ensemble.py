@@ -43,7 +43,7 @@ def run_ensemble(
         times = t[begin:end] if t.ndim == 2 else t
         return run_slice_remote, (runner, options, flat[begin:end], times)
 
-    job, collect = (remote, buffers.copy_rows_in) if pool.is_remote else (local, buffers.merge)
+    job, collect = (remote, buffers.copy_rows_in) if pool.is_remote else (local, buffers.merge_part)
     try:
         pool.run(SliceTask(n, job, collect, work, progress, runner.is_native))
     except KeyboardInterrupt:

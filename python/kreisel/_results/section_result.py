@@ -12,7 +12,7 @@ from .._core import Work, Worker
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.quantities import ANGLES, QUANTITIES, TIME
-from .._utils.errors import suggest, unknown_name_message
+from .._utils.errors import suggest_name, unknown_name_message
 from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityAttributes
 from .._utils.validation import Array, as_bool, as_unit, check_type, read_only, short_repr
@@ -182,7 +182,9 @@ class Section(EnsembleResult, QuantityAttributes):
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(f"a section has no {short_repr(name)}; {suggest(name, known)}")
+            raise AttributeError(
+                f"a section has no {short_repr(name)}; {suggest_name(name, known)}"
+            )
 
     def _member(self, i: int) -> Path:
         assert self._buffers.states is not None

@@ -16,9 +16,9 @@ from .._options.methods import methods, unknown_method_message
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._options.solve_options import SolveOptions, options_for_method, parse_want
-from .._utils.archive import Archive, Integers, pack
+from .._utils.archive import Archive, Integers, pack_archive
 from .._utils.validation import Array, as_float, as_int, short_repr
-from .core_calls import ORIGIN, Origin
+from .core_calls import ORIGIN, RunOrigin
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
@@ -27,7 +27,7 @@ _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class PathRecord(NamedTuple):
+class PathFields(NamedTuple):
     """The fields of a kreisel.Path, in the order of the constructor's parameters."""
 
     scene: Scene
@@ -40,7 +40,7 @@ class PathRecord(NamedTuple):
     events: Any = None  # a kreisel.Events
     choice: StepChoice | None = None
     carried: TangentData | None = None
-    origin: Origin = ORIGIN
+    origin: RunOrigin = ORIGIN
 
     @property
     def t(self) -> Array:
@@ -77,7 +77,7 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
         at, *rest = met
         arrays |= _state_arrays(at, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
-    return pack({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
+    return pack_archive({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
 def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
@@ -92,18 +92,18 @@ def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
 
 def load_path(
     file: BinaryIO, size: int
-) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
-    """Read a path from a file of `size` bytes, and return it with its events or None.
+) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
+    """Return the path in a file of `size` bytes, and its events or None.
 
     The events consist of a path that contains the states at the events, and of the indices and
     directions of the events. Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
-        head = _require_table(json.loads(archive.text("head")))
+        head = _require_table(json.loads(archive.read_text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
-        words = _parse_head(head, parse_toml(archive.text("scene")))
+        words = _parse_head(head, parse_toml(archive.read_text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
         path = _read_arrays(archive, "", words, head)
@@ -114,7 +114,7 @@ def load_path(
         at = _read_arrays(archive, _EVENTS, words, _require_table(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its header is damaged: {error}") from None
-    which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
+    which, way = (archive.read_integers(_EVENTS + name, len(at.t)) for name in _MET)
     if not (np.abs(way) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
     return path, (at, which, way)
@@ -126,7 +126,7 @@ def _require_table(value: object) -> dict[str, object]:
     return value
 
 
-def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
+def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
     """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
@@ -142,8 +142,8 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
     choice = None if head["choice"] is None else _parse_choice(_require_table(head["choice"]))
     is_back = step is not None and step < 0.0
-    origin = Origin.from_json(head.get("start"))
-    return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
+    origin = RunOrigin.from_json(head.get("start"))
+    return PathFields(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
@@ -167,28 +167,31 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
         raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
-    high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
+    high, low = (archive.read_doubles(name, *shape) for name in ("tangents", "tangents_low"))
     return TangentData.from_flat(high, low, rest, tuple(by))
 
 
 def _read_arrays(
-    archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
-) -> PathRecord:
-    """Return `words` with all arrays of the archive whose names start with `prefix` added."""
+    archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
+) -> PathFields:
+    """Return `words` with the arrays of the archive whose names begin with `prefix`."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
-    t = archive.doubles(f"{prefix}t", None)
+    t = archive.read_doubles(f"{prefix}t", None)
     if want is not None:
         names = parse_want(want) or ()
         columns = {
-            name: archive.doubles(prefix + name, len(t), *RECORDABLE[name].shape) for name in names
+            name: archive.read_doubles(prefix + name, len(t), *RECORDABLE[name].shape)
+            for name in names
         }
         options = replace(words.options, want=names)
         return words._replace(options=options, columns={"t": t} | columns)
     low = None
     if is_low:
-        rest = (archive.doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)
+        rest = (archive.read_doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)
         low = np.column_stack([np.zeros(len(t)), *rest])
-    rows = (archive.doubles(prefix + name, len(t), *QUANTITIES[name].shape) for name in ("q", "m"))
+    rows = (
+        archive.read_doubles(prefix + name, len(t), *QUANTITIES[name].shape) for name in ("q", "m")
+    )
     return words._replace(states=np.column_stack([t, *rows]), low=low)

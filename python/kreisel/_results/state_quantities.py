@@ -14,10 +14,10 @@ from .._model.scene import Scene
 from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity
 from .._options.solve_options import SolveOptions
-from .._utils.errors import suggest
+from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
-from .core_calls import Origin
+from .core_calls import RunOrigin
 from .specific_force import specific_force, to_body_frame
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
@@ -65,7 +65,7 @@ class States(QuantityAttributes):
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
-    _origin: Origin
+    _origin: RunOrigin
 
     @property
     def method(self) -> MethodName:
@@ -133,7 +133,7 @@ class States(QuantityAttributes):
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
-            raise AttributeError(f"a path has no {short_repr(name)}; {suggest(name, known)}")
+            raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, known)}")
 
     def _state_components(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
@@ -256,7 +256,7 @@ class States(QuantityAttributes):
             raise AttributeError(f"this path has no derivatives: {hint}")
         name, data = check_quantity(quantity), self._tangent_data
         block = self.scene._block
-        return read_only(derivatives(name, block, self.states, data.bits, data.high))
+        return read_only(derivatives(name, block, self.states, data.parameter_bits, data.high))
 
     def _tangents(self) -> TangentData:
         if self._tangent_data is None:

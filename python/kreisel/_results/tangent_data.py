@@ -49,7 +49,7 @@ class TangentData(NamedTuple):
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     @property
-    def bits(self) -> int:
+    def parameter_bits(self) -> int:
         """The sum of the core's bit flags for the parameters."""
         return sum(TANGENTS[name][0] for name in self.by)
 

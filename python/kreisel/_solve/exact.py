@@ -186,7 +186,7 @@ class Exact(_ClosedForm):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states_or_none(t, self.scene._safe_horizon)
+        states = self._states_or_none(t, self.scene._resolvable_horizon)
         if states is None:
             states = self._states_or_none(self._validated_times(t), math.inf)
         assert states is not None

@@ -37,11 +37,11 @@ from .._options.times import (
     time_array,
     time_chunks,
 )
-from .._results.core_calls import ORIGIN, CoreResult, Origin
+from .._results.core_calls import ORIGIN, CoreResult, RunOrigin
 from .._results.path import (
     Path,
     Stats,
-    drop_unwanted,
+    drop_unrequested_quantities,
     make_path,
     progress_text,
     stop_exception,
@@ -121,11 +121,11 @@ class Run:
     _options: SolveOptions
     _back: bool
     _fresh: bool
-    _origin: Origin
+    _origin: RunOrigin
     _top: Motion
 
     def __init__(
-        self, scene: Scene, options: SolveOptions, back: bool, origin: Origin = ORIGIN
+        self, scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin = ORIGIN
     ) -> None:
         own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
@@ -167,17 +167,17 @@ class Run:
             return path
         status, *_, end = result = path
         made = make_path(self.scene, self._options, result, self._origin)
-        part = drop_unwanted(made, self.want, end)
+        part = drop_unrequested_quantities(made, self.want, end)
         self.__dict__["stats"] = part.stats
         raise stop_exception(status, part, progress_text(part, end))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run to validated times, and return the path at these times."""
         if self.want is None:
-            status, path = self._record(times, progress)
+            status, path = self._record_path(times, progress)
         else:
             status, path = record_chunks(
-                times, self.want, lambda chunk: self._record(chunk, progress), lambda: self.ended
+                times, self.want, lambda at: self._record_path(at, progress), lambda: self.ended
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
@@ -200,17 +200,17 @@ class Run:
         number = parse_every(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
         chunks = time_chunks(t, self.step, number, size, reached, self.start_time)
-        return self._stream(chunks, parse_progress(progress))
+        return self._iterate_paths(chunks, parse_progress(progress))
 
-    def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
+    def _iterate_paths(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
             path = self._advance_in_one_call(chunk, progress)
             if path is not None:
                 yield path
                 continue
             self._check_times(chunk)
-            status, path = self._record(chunk, progress)
-            path = drop_unwanted(path, self.want, float(chunk[-1]))
+            status, path = self._record_path(chunk, progress)
+            path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
             if status != "OK":
                 raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
             yield path
@@ -231,7 +231,7 @@ class Run:
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
-    def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
+    def _record_path(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         met, motion = None, self._top
         try:
             if self.events is None:
@@ -376,7 +376,7 @@ class Run:
         check_horizon(scene, now.t, self.step)
         if momentum_low is not None:
             now.low[5:] = momentum_low
-        origin = Origin(now.t, now.low if self._options.has_low_words else None)
+        origin = RunOrigin(now.t, now.low if self._options.has_low_words else None)
         changes = {
             "scene": scene,
             "t": now.t,
@@ -437,7 +437,7 @@ class Run:
         atomic_write(file, self.checkpoint)
 
 
-def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Origin) -> Motion:
+def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin) -> Motion:
     """Create and return a core motion that starts from `origin`.
 
     If the core rejects the scene, the exception given by stop_exception is raised.
@@ -515,7 +515,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if rows is not None:
         events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
-    run = Run(scene, options, head["back"], Origin.from_json(head.get("start")))
+    run = Run(scene, options, head["back"], RunOrigin.from_json(head.get("start")))
     found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":

@@ -114,10 +114,12 @@ def solve_ensemble(
     callback, times = parse_progress(progress), parse_times(tops, t, options)
     check_result_memory(tops, times, options)
     target = parse_out(tops, out, times, options)
-    return run_ensemble(Paths, tops, times, options, pool, runner_for(options), callback, target)
+    return run_ensemble(
+        Paths, tops, times, options, pool, select_slice_runner(options), callback, target
+    )
 
 
-def runner_for(options: EnsembleOptions) -> SliceRunner:
+def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
     """Return the function that runs ensemble slices with these options."""
     if options.searches_step:
         return STEP_SEARCH
@@ -142,10 +144,12 @@ def stream_ensemble(
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
-    return _stream(tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1])))
+    return _solve_in_batches(
+        tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1]))
+    )
 
 
-def _stream(
+def _solve_in_batches(
     tops: Ensemble,
     t: Array,
     options: EnsembleOptions,
@@ -153,7 +157,7 @@ def _stream(
     progress: Progress | None,
     size: int,
 ) -> Iterator[Paths]:
-    row, runner = tops.ravel(), runner_for(options)
+    row, runner = tops.ravel(), select_slice_runner(options)
     for begin in range(0, len(row), size):
         times = t[begin : begin + size] if t.ndim == 2 else t
         yield run_ensemble(Paths, row[begin : begin + size], times, options, pool, runner)

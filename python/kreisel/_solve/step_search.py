@@ -103,7 +103,7 @@ class StepSearch:
         )
         path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
         self.conditioning = ROUNDING * grown
-        self.reference_options = self.reference()
+        self.reference_options = self.choose_reference_options()
         more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
         self.method, steps = self.guess_method(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
@@ -140,7 +140,7 @@ class StepSearch:
         """Return the union of two arrays of times, sorted in the direction of the motion."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
-    def reference(self) -> SolveOptions:
+    def choose_reference_options(self) -> SolveOptions:
         """Return the options for computing the reference solution.
 
         The reference is a closed form if one exists with rounding errors far below the target;
@@ -149,7 +149,7 @@ class StepSearch:
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
-    def run(self, steps: int) -> tuple[Array, float] | None:
+    def run_steps(self, steps: int) -> tuple[Array, float] | None:
         """Return the states of a run with `steps` steps at the requested times, and its error.
 
         The error is the largest attitude error at the check times [rad]. Returns None if the step
@@ -185,7 +185,7 @@ class StepSearch:
             raise stop_exception(status, path, text)
         return states
 
-    def refine(self, steps: int, error: float) -> int:
+    def refine_step_count(self, steps: int, error: float) -> int:
         """Return a number of steps for which the predicted error is sufficiently small.
 
         `error` is the observed error of a run with `steps` steps.
@@ -280,13 +280,16 @@ def search_path(
             raise search.error_not_met(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
-        run = search.run(steps)
+        run = search.run_steps(steps)
         if run and run[1] <= _ENOUGH * target:
             return _make_path(search, *run, steps)
         error = run[1] if run else math.inf
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
-        least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
+        least, steps = (
+            min(least, error),
+            2 * steps if stalled else search.refine_step_count(steps, error),
+        )
     raise search.error_not_met(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
@@ -350,7 +353,7 @@ def run_search(
             break
         times = t[begin + i] if t.ndim == 2 else t
         try:
-            _run_one(part, i, options, member(tops, begin + i), times, work)
+            _search_one_top(part, i, options, member(tops, begin + i), times, work)
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
@@ -361,7 +364,7 @@ def run_search(
     return part
 
 
-def _run_one(
+def _search_one_top(
     part: EnsembleBuffers,
     i: int,
     options: EnsembleOptions,
@@ -387,7 +390,7 @@ def _write_row(
     """Write `path` to row i of `part`, with NaN at all times that the path did not reach."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
-        at, reached = _find_times(path, times)
+        at, reached = _find_indices_of_times(path, times)
         part.counts[i] = path.stats
         part.reached[i] = path.t[-1] if len(path) else 0.0
         if failed and len(path):
@@ -406,7 +409,7 @@ def _write_row(
             column[i, :reached] = getattr(path, name)[at]
 
 
-def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
+def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
     """Return the indices in the path of the states at `times`, and the number of times reached.
 
     The indices end before the first time that was not reached. The path of a failed trial run may

@@ -97,4 +97,4 @@ def stream(
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
     back, chunks = start_chunks(t, options.step, options.every, most or CHUNK_SIZE)
-    return Run(scene, options, back)._stream(chunks, parse_progress(progress))
+    return Run(scene, options, back)._iterate_paths(chunks, parse_progress(progress))

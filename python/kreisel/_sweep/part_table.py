@@ -22,7 +22,7 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
 from .._results.tables import quantity_rows
-from .start_parameters import components, unit
+from .start_parameters import component_names, parameter_dimension
 from .sweep_plan import SweepPlan
 from .task import ChaosTask, TaskResult
 
@@ -57,10 +57,13 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     degrees = plan.source._flags.get("degrees", False)
     for name, one in plan.source._coords(tops.start, tops.stop, ensemble).items():
         flat = one.values.reshape(len(one.values), -1)
-        for i, component in enumerate(components(name, one.value)):
+        for i, component in enumerate(component_names(name, one.value)):
             # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
             column = f"{component}_given" if component in names else component
-            part.columns[column], part.units[column] = flat[:, i], unit(name, degrees, i)
+            part.columns[column], part.units[column] = (
+                flat[:, i],
+                parameter_dimension(name, degrees, i),
+            )
     for name, values, dimension in results:
         part.columns[name], part.units[name] = values, dimension
     if isinstance(outcome, Section):
@@ -76,16 +79,16 @@ def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
     """Return the columns that contain the results of the tops, excluding their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
-        return _list_indicator(plan.task.name, outcome)
+        return _list_indicator_columns(plan.task.name, outcome)
     columns = _list_statuses(outcome)
     if isinstance(outcome, Reductions):
         columns += reduction_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
-        columns += _list_states(outcome)
+        columns += _list_state_columns(outcome)
     return columns
 
 
-def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
+def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
     """Return the columns of a chaos indicator: status, final value, classification and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
@@ -101,7 +104,7 @@ def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
     ]
 
 
-def _list_states(outcome: Paths) -> list[ColumnWithUnit]:
+def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
     """Return the columns of states of each top, or of the quantities that are stored instead."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]

@@ -30,9 +30,9 @@ def compute_part(
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
-def store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
-    """Compute part i in one thread, write its file, and return the number of tops in the part."""
-    tops = store.plan.tops_of(i)
+def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
+    """Compute part i in one thread, write its file, and return the number of its tops."""
+    tops = store.plan.list_tops_of_part(i)
     store.write_part(i, compute_part(store, tops, 1, progress))
     return len(tops)
 
@@ -59,7 +59,7 @@ class PartRunner:
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
-                tops = self.store.plan.tops_of(i)
+                tops = self.store.plan.list_tops_of_part(i)
                 part = compute_part(self.store, tops, threads, self._part_progress(len(tops)))
                 if written is not None:
                     written.result()
@@ -98,7 +98,7 @@ class PartRunner:
 
     def _submit_all(self, executor: Executor) -> None:
         check = (self._check_stopped,) if is_local(executor) else ()
-        jobs = ((i, (store_part, (self.store, i, *check))) for i in tuple(self.left))
+        jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
             run_jobs(
                 executor,
@@ -129,7 +129,7 @@ class PartRunner:
         """If the file of part i exists, remove i from `left`, and count its tops as finished."""
         if future.cancelled():
             return
-        tops = len(self.store.plan.tops_of(i))
-        if future.result() == tops and self.store.file(i).exists():
+        tops = len(self.store.plan.list_tops_of_part(i))
+        if future.result() == tops and self.store.part_file(i).exists():
             self.left.remove(i)
             self.done += tops

@@ -20,14 +20,14 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._model.bodies import Bodies
-from .._model.broadcasting import Parameter, Shape, drop_broadcast
+from .._model.broadcasting import Parameter, Shape, collapse_broadcast_axes
 from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import refuse_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
-from .start_parameters import FLAGS, parse_start
+from .start_parameters import FLAGS, parse_start_parameter
 from .start_table import read_columns
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
@@ -91,7 +91,7 @@ class Source:
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
         (3, 2)
         """
-        parameters, flags = _split_arguments(scene, arguments)
+        parameters, flags = _split_parameters_and_flags(scene, arguments)
         shapes = {name: one.shape for name, one in parameters.items()}
         axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
@@ -126,7 +126,7 @@ class Source:
         [15.105, 16.434]
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
-        parameters, flags = _split_arguments(scene, arguments)
+        parameters, flags = _split_parameters_and_flags(scene, arguments)
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
             raise ValueError(
@@ -188,7 +188,7 @@ class Source:
         OSError if the file cannot be read, and ImportError if pyarrow is not installed.
         """
         arguments = read_columns(os.fspath(file))
-        parameters, flags = _split_arguments(
+        parameters, flags = _split_parameters_and_flags(
             scene, {**arguments, "degrees": degrees, "steady": steady, "fast": fast}
         )
         lengths = {name: one.shape for name, one in parameters.items()}
@@ -316,7 +316,7 @@ class Source:
         return rows
 
 
-def _split_arguments(
+def _split_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
     """Split `arguments` into validated parameters and the names of the flags that are True."""
@@ -327,7 +327,7 @@ def _split_arguments(
         if value is None:
             continue
         if name not in FLAGS:
-            parameters[name] = parse_start(name, value)
+            parameters[name] = parse_start_parameter(name, value)
         elif as_bool(name, value):
             flags[name] = True
     return parameters, {name: True for name in FLAGS if name in flags}
@@ -364,7 +364,9 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
 def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
     """Return the columns of an ensemble with `dims` dimensions; repeated values are stored once."""
     return {
-        name: Parameter(name, drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
+        name: Parameter(
+            name, collapse_broadcast_axes(column, dims).astype(np.float64), column.shape[dims:]
+        )
         for name, column in columns.items()
     }
 

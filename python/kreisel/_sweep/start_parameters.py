@@ -47,7 +47,7 @@ FLAGS = "steady", "fast", "degrees"
 PARAMETERS = tuple(_ENDINGS)
 
 
-def parse_start(name: str, numbers: object) -> Parameter:
+def parse_start_parameter(name: str, numbers: object) -> Parameter:
     """Validate the values `numbers` of the parameter `name`, and return them.
 
     Raises TypeError or ValueError for an unknown name, and for values that are not finite numbers
@@ -71,7 +71,7 @@ def parse_start(name: str, numbers: object) -> Parameter:
     return Parameter(name, values, own)
 
 
-def components(name: str, value: Shape) -> list[str]:
+def component_names(name: str, value: Shape) -> list[str]:
     """Return the names of a parameter's components: spin, or momentum_x, momentum_y, ...
 
     `value` is the shape of a single value of the parameter.
@@ -82,7 +82,7 @@ def components(name: str, value: Shape) -> list[str]:
     return [f"{name}_{endings[i] if len(endings) == n else i}" for i in range(n)]
 
 
-def unit(name: str, degrees: bool, component: int = 0) -> str:
+def parameter_dimension(name: str, degrees: bool, component: int = 0) -> str:
     """Return the dimension [M L T] of a parameter, in which angles are given as 'rad' or 'deg'.
 
     The components of `shaking` have different dimensions; its phase is always in radians.

@@ -49,14 +49,14 @@ class SweepStore:
 
         self.folder, self.plan, self._format = folder, plan, parquet
 
-    def file(self, i: int) -> Path:
+    def part_file(self, i: int) -> Path:
         """Return the file path of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
         """Write part i to its file, and include a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
-        atomic_write(self.file(i), bytes(add_checksum(self._format.encode_part(part, about))))
+        atomic_write(self.part_file(i), bytes(add_checksum(self._format.encode_part(part, about))))
 
     def list_parts(self) -> list[int]:
         """Return the numbers of all parts whose files exist, in ascending order."""
@@ -76,14 +76,16 @@ class SweepStore:
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
-            return self._format.decode_part(str(self.file(i)), expected, names, self.plan.states)
+            return self._format.decode_part(
+                str(self.part_file(i)), expected, names, self.plan.states
+            )
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
     def verify_part(self, i: int) -> str:
         """Verify the checksum of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
         try:
-            data = self.file(i).read_bytes()
+            data = self.part_file(i).read_bytes()
         except FileNotFoundError:
             return MISSING
         except IsADirectoryError:
@@ -101,8 +103,8 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def foreign_error(self, i: int) -> FileExistsError:
-        """Return the exception for a file or folder that has the name of part i but is foreign."""
-        file = self.file(i)
+        """Return the exception for a foreign file or folder that has the name of part i."""
+        file = self.part_file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:

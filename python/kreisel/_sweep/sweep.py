@@ -12,7 +12,7 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import ReductionSpec, parse_threads
 from .._options.solve_options import Progress, parse_progress
 from .._solve.run import EventSpec
-from .._utils.errors import warn
+from .._utils.errors import warn_user
 from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
@@ -212,5 +212,5 @@ def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
     for status, parts in replaced.items():
         if parts:
             first = f"part {parts[0]}" + (f" and {len(parts) - 1} more" if parts[1:] else "")
-            warn(f"{store.folder}: {first} computed again, {status}")
+            warn_user(f"{store.folder}: {first} computed again, {status}")
     return left

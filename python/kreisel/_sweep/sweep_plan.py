@@ -56,7 +56,7 @@ class SweepPlan:
         """The number of parts."""
         return -(-self.source.size // self.part_size)
 
-    def tops_of(self, i: int) -> range:
+    def list_tops_of_part(self, i: int) -> range:
         """Return the indices of the tops of part `i`."""
         begin = i * self.part_size
         return range(begin, min(begin + self.part_size, self.source.size))
@@ -201,7 +201,9 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
             "than this machine has: use smaller parts, fewer times or fewer quantities"
         )
-    return SweepPlan(source, task.normalize(options), size, options, times, (sample, ensemble))
+    return SweepPlan(
+        source, task.to_canonical_form(options), size, options, times, (sample, ensemble)
+    )
 
 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:

@@ -180,7 +180,7 @@ class SweepResult:
             if status == FOREIGN:
                 raise self._store.foreign_error(i)
             if status == DAMAGED:
-                raise ValueError(f"{self._store.file(i)} is damaged; {REPAIR}")
+                raise ValueError(f"{self._store.part_file(i)} is damaged; {REPAIR}")
         return self
 
     def verify(self) -> dict[str, list[int]]:

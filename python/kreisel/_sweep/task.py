@@ -28,7 +28,7 @@ from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
 from .._solve.chaos import lyapunov, megno, oli, parse_growth
 from .._solve.section import parse_event, parse_section, section
-from .._solve.solve_ensemble import SolveArguments, parse_arguments, runner_for
+from .._solve.solve_ensemble import SolveArguments, parse_arguments, select_slice_runner
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, Numbers, short_repr
 from ..events import Event, from_record, parse_events, to_record
@@ -44,7 +44,7 @@ class SweepTask(Protocol):
     def as_json(self) -> dict[str, Any]:
         """The task as a JSON object."""
 
-    def normalize(self, options: EnsembleOptions) -> SweepTask:
+    def to_canonical_form(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
@@ -87,7 +87,7 @@ class SolveTask(NamedTuple):
             solve["reduce"] = [[name, kinds] for name, kinds in given.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": solve}
 
-    def normalize(self, options: EnsembleOptions) -> SolveTask:
+    def to_canonical_form(self, options: EnsembleOptions) -> SolveTask:
         given = self.arguments
         reduce = None
         if given.reduce is not None:
@@ -122,7 +122,7 @@ class SolveTask(NamedTuple):
         if not (options.is_auto or options.searches_step):
             method_for_all(options.solve.method.name, some)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
-        runner = LANES if options.reductions else runner_for(options)
+        runner = LANES if options.reductions else select_slice_runner(options)
         return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
 
 
@@ -140,7 +140,7 @@ class ChaosTask(NamedTuple):
         arguments = _drop_none(self._asdict())
         return {arguments.pop("name"): arguments}
 
-    def normalize(self, options: EnsembleOptions) -> ChaosTask:
+    def to_canonical_form(self, options: EnsembleOptions) -> ChaosTask:
         direction = None if self.direction is None else _float_or_list(self.direction)
         controls = direction, _float_or_none(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _float_or_list(self.t), *controls)
@@ -177,7 +177,7 @@ class SectionTask(NamedTuple):
         event = {"event": to_record(parse_event(self.event))}
         return {"section": _drop_none(self._asdict()) | event}
 
-    def normalize(self, options: EnsembleOptions) -> SectionTask:
+    def to_canonical_form(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
             parse_event(self.event),
             int(self.n),

@@ -30,7 +30,7 @@ _HEADER = re.compile(
 _MAX_ERROR_LENGTH = 100  # characters kept of a message of zipfile, which may quote the file
 
 
-def pack(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
+def pack_archive(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
     """Return the bytes of an archive that contains `texts` and `arrays`."""
     from zipfile import ZipFile  # imported here to keep `import kreisel` fast
 
@@ -66,12 +66,12 @@ class Archive:
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
-    def text(self, name: str) -> str:
-        """Return the text `name`."""
+    def read_text(self, name: str) -> str:
+        """Return the text called `name`."""
         return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
-    def doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the array `name` as doubles; its shape must be (n, *shape).
+    def read_doubles(self, name: str, n: int | None, *shape: int) -> Array:
+        """Return the array `name` of doubles, whose shape must be (n, *shape).
 
         If `n` is None, the first dimension can have any length.
         """
@@ -79,7 +79,7 @@ class Archive:
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
-    def integers(self, name: str, n: int) -> Integers:
+    def read_integers(self, name: str, n: int) -> Integers:
         """Return the array `name`, which must consist of `n` integers."""
         return np.frombuffer(self._read_data(name, "i4", (n,)), "<i4").astype(np.intc)
 

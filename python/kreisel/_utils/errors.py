@@ -35,12 +35,12 @@ _SYNONYMS = {  # synonyms from textbooks
 
 
 def unknown_name_message(what: str, name: str, known: Iterable[str]) -> str:
-    """Return an error message for an unknown name, with the closest known name as a suggestion."""
-    return f"unknown {what} {short_repr(name)}; {suggest(name, known)}"
+    """Return an error message for an unknown name that suggests the nearest known one."""
+    return f"unknown {what} {short_repr(name)}; {suggest_name(name, known)}"
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
-    """Return a suggestion with the known name closest to `name`, or a list of all known names."""
+def suggest_name(name: str, known: Iterable[str]) -> str:
+    """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
     import difflib  # imported here because most programs never need it
 
     names = list(known)
@@ -66,7 +66,7 @@ def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     return decorate
 
 
-def warn(message: str) -> None:
+def warn_user(message: str) -> None:
     """Issue a UserWarning that refers to the user's line of code, however deep the call stack."""
     level, frame = 2, sys._getframe(1)
     while (
