@@ -4,9 +4,9 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* The constants and the time-dependent values of the path, in the units of the series. The constants
- * are the moments, the damping, the rotor, the turning, the rate of the shaking, the two parts of G,
- * and the lever arm of G. The time-dependent values are the attitude, and the cosine and sine of the
+/* The constants and the time-dependent values of the path, in the units of the series. The
+ * constants are the moments, the damping, the rotor, the turning, the rate of the shaking, the two
+ * parts of G, and the lever arm of G. The time-dependent values are the attitude, and the cosine and sine of the
  * phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];

@@ -105,8 +105,8 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 }
 /* Sets the terms of the rotor, with h in the unit of time of the series. If two moments are equal,
  * the coefficient of the product of the corresponding angular velocities is zero. This coefficient
- * is then replaced by the negligible KR_LEAST_FACTOR, so that the term of the rotor can be added to a
- * factor of the product. */
+ * is then replaced by the negligible KR_LEAST_FACTOR, so that the term of the rotor can be added to
+ * a factor of the product. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
