@@ -102,8 +102,8 @@ class path_maker
         py::str scene = intern("scene"), states = intern("states"), stats = intern("stats"),
                 options = intern("_options"), is_back = intern("_is_back"), low = intern("_low"),
                 columns = intern("_columns"), block = intern("_block"),
-                horizon = intern("_resolvable_horizon"), origin = intern("_origin"), t = intern("t"),
-                is_fresh = intern("_fresh"), motion = intern("_top");
+                horizon = intern("_resolvable_horizon"), origin = intern("_origin"),
+                t = intern("t"), is_fresh = intern("_fresh"), motion = intern("_top");
         static py::str intern(const char *name)
         {
             return py::reinterpret_steal<py::str>(PyUnicode_InternFromString(name));

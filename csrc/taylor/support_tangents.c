@@ -6,8 +6,8 @@
 
 /* The constants and the time-dependent values of the path, in the units of the series. The
  * constants are the moments, the damping, the rotor, the turning, the rate of the shaking, the two
- * parts of G, and the lever arm of G. The time-dependent values are the attitude, and the cosine and sine of the
- * phase of the shaking. */
+ * parts of G, and the lever arm of G. The time-dependent values are the attitude, and the cosine
+ * and sine of the phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;

@@ -139,14 +139,14 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Return a version of `change` that is applied only once to columns sharing a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def cached_change(held: Column) -> Column:
+    def change_from_cache(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return cached_change
+    return change_from_cache
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:

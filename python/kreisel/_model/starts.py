@@ -54,14 +54,14 @@ class _EnergySurface(NamedTuple):
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return the angular momentum M for n verticals P and n angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._scaled_velocity_basis(P)
+        first, second = self._basis_of_scaled_velocities(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _scaled_velocity_basis(self, P: Array) -> tuple[Array, Array]:
+    def _basis_of_scaled_velocities(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
 
         These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
@@ -71,7 +71,7 @@ class _EnergySurface(NamedTuple):
 
     def angle_of_stationary_height(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
-        first, second = self._scaled_velocity_basis(P)
+        first, second = self._basis_of_scaled_velocities(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made

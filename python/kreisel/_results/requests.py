@@ -47,11 +47,11 @@ def request_from_options(options: SolveOptions) -> Request | None:
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
-    return _cached_request(options.method.name, *own, options.requested_method, options.want)
+    return _request_from_cache(options.method.name, *own, options.requested_method, options.want)
 
 
 @lru_cache(maxsize=256, typed=True)
-def _cached_request(method: str, *controls: object) -> Request:
+def _request_from_cache(method: str, *controls: object) -> Request:
     return _make_request(make_options(methods[method], *controls))
 
 
