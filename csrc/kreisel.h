@@ -70,8 +70,8 @@ extern "C" {
     X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, which kr_method_find returns " \
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a fixed-step method needs one")              \
-    X(ERR_NOT_BUILT,   INPUT,     "this build of the library does not include the method, more "  \
-                                  "than 16 digits, tangents, or moving supports and friction")    \
+    X(ERR_NOT_BUILT,   INPUT,     "this build does not include the method, more than 16 digits, " \
+                                  "tangents, or moving supports and friction")                    \
     X(ERR_DAMPING,     INPUT,     "the method does not apply to damped tops")                     \
     X(ERR_OPTION,      INPUT,     "the method does not support the requested digits, tangents or " \
                                   "skip_heading, or not in this combination")                     \

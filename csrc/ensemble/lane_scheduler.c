@@ -131,41 +131,54 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 /* Returns v with negative zeros, which change no bit of a sum. */
 static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
-    return v3(v.x == 0.0 ? -0.0 : v.x, v.y == 0.0 ? -0.0 : v.y, v.z == 0.0 ? -0.0 : v.z);
+    return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns the factors Ay - Az and cyclic of the products of two angular velocities. As in taylor.c,
- * a factor is not zero if a term of the rotor h modifies the product. */
+/* Returns the factor `apart` of a product, which is the difference of two moments. As in taylor.c,
+ * the factor is not zero if a term of the rotor, h1 or h2, modifies the product. */
+static double product_factor(double apart, double moment, double h1, double h2)
+{
+    const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
+    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? copysign(least, apart) : apart;
+}
+/* Returns the factors Ay - Az and cyclic of the products of two angular velocities. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
-    double moment[3], rotor[3], apart[3] = {A.y - A.z, A.z - A.x, A.x - A.y};
-    v_put(moment, A);
-    v_put(rotor, h);
-    for (int i = 0; i < 3; i++) {
-        const double least = fmax(KR_LEAST_FACTOR * moment[i], DBL_MIN);
-        if ((rotor[(i + 1) % 3] != 0.0 || rotor[(i + 2) % 3] != 0.0) && fabs(apart[i]) < least)
-            apart[i] = copysign(least, apart[i]);
-    }
-    return v_of(apart);
+    return v3(product_factor(A.y - A.z, A.x, h.y, h.z), product_factor(A.z - A.x, A.y, h.z, h.x),
+              product_factor(A.x - A.y, A.z, h.x, h.y));
 }
 /* Returns a term of the rotor: `torque` over the factor of a product, -0 without a torque. */
 static double shift_by(double torque, double factor)
 {
     return torque == 0.0 ? -0.0 : torque / factor;
 }
-/* Sets the constants of a lane from a motion and the unit of frequency `rate` of the series. */
-static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
-                               int shift)
+static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 factor)
 {
-    const kr_vec3 A = shift_axes(motion->inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
-                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
-                  apart = moments_apart(A, h);
+    set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
+                   shift_by(torque.z, factor.z));
+}
+/* The moments, the lever arm, the rotor and the factors of moments_apart, in the units of a series
+ * and with shifted axes. */
+typedef struct {
+    kr_vec3 A, c, h, apart;
+} shifted_constants;
+/* Returns the constants of a motion. `rate` is the unit of frequency of the series. */
+static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
+{
+    shifted_constants of;
+    of.A = shift_axes(motion->inertia, shift);
+    of.c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
+    of.h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift));
+    of.apart = moments_apart(of.A, of.h);
+    return of;
+}
+/* Sets the constants of a lane. */
+static void set_lane_constants(kr_lanes *l, int lane, const shifted_constants *of)
+{
+    const kr_vec3 A = of->A, c = of->c, h = of->h, apart = of->apart;
     set_components(l->k, lane, apart.x / A.x, apart.y / A.y, apart.z / A.z);
     set_components(l->part, lane, apart.y / A.z, -apart.x / A.z, -h.z / A.z);
-    set_components(l->shift_prev, lane, shift_by(-h.z, apart.x), shift_by(-h.x, apart.y),
-                   shift_by(-h.y, apart.z));
-    set_components(l->shift_next, lane, shift_by(h.y, apart.x), shift_by(h.z, apart.y),
-                   shift_by(h.x, apart.z));
+    set_shifts(l->shift_prev, lane, v3(-h.z, -h.x, -h.y), apart);
+    set_shifts(l->shift_next, lane, v3(h.y, h.z, h.x), apart);
     set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
     set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
     const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
@@ -199,20 +212,16 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Sets the constants of a tangent. */
-static void set_growth_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
-                                 int shift)
+static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)
 {
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = shift_axes(motion->inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift)),
-                  h = v_scale(1.0 / rate, shift_axes(motion->rotor, shift)),
-                  apart = moments_apart(A, h);
+    const kr_vec3 A = of->A, apart = of->apart;
     set_components(g->ahead, lane, -apart.y / A.x, -apart.z / A.y, -apart.x / A.z);
     set_components(g->behind, lane, -apart.z / A.x, -apart.x / A.y, -apart.y / A.z);
     set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
     set_vector3(g->moments, lane, A);
-    set_vector3(g->c, lane, c);
-    set_vector3(g->rotor, lane, with_negative_zeros(h));
+    set_vector3(g->c, lane, of->c);
+    set_vector3(g->rotor, lane, with_negative_zeros(of->h));
 }
 /* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
  * combination of the two known solutions, or if its square overflows. */
@@ -224,7 +233,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_vec3 A = top->main.inertia;
     kr_vec3 turn, push;
     initial_direction(worker, top, rate, &turn, &push);
-    set_growth_constants(l, lane, &top->main, rate, shift);
+    const shifted_constants of = shift_constants(&top->main, rate, shift);
+    set_growth_constants(l, lane, &of);
     kr_growth others = g->end;
     set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
     set_vector3(g->end.d[1], lane, shift_axes(push, shift));
@@ -248,7 +258,8 @@ static int load_lane(kr_worker *worker, int lane)
     kr_slot *slot = &worker->slots[lane];
     int shift;
     const kr_quat turn = rotate_axes(motion->inertia, &shift);
-    set_lane_constants(l, lane, motion, p.rate, shift);
+    const shifted_constants of = shift_constants(motion, p.rate, shift);
+    set_lane_constants(l, lane, &of);
     set_vector3(l->end_p, lane, shift_axes(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
     set_vector3(l->end_w, lane, shift_axes(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
     set_quaternion(l->end_q, lane,

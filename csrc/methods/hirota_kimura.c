@@ -54,8 +54,7 @@ static void hirota_kimura_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_hirota_kimura = {
     .name = "hirota_kimura",
-    .text = "integrable discretization of the Euler top; for the Lagrange top it would lose |P| = "
-            "1, and so the attitude",
+    .text = "integrable discretization of free tops; with gravity it would lose |P| = 1",
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,

@@ -372,8 +372,8 @@ static int begin_slow_axes(const kr_motion *motion, double undamped, held_direct
     const kr_series *s = ((const kr_taylor *)motion->work)->series;
     const int moves = KR_HAS_SUPPORTS && s->linear > 1.0;
     const kr_vec3 ratio = v_over(motion->damping, motion->inertia);
-    if (!(v_largest(ratio) > STRONG_ALONE * undamped)) return 0;
     memset(slow, 0, sizeof *slow);
+    if (!(v_largest(ratio) > STRONG_ALONE * undamped)) return 0;
     slow->has_rotor = v_largest(motion->rotor) > 0.0;
     slow->turns = moves && s->turns != 0.0;
     slow->shakes = moves && s->shakes != 0.0;
@@ -410,13 +410,13 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     const double undamped = undamped_rate(motion, velocity), pull = largest_torque(motion);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_set_mode(motion);
     const int is_damped = begin_slow_axes(motion, undamped, &held, &slow[3]);
-    if (is_damped && p->has_tangents == 0.0) count = slow[3].held ? 2 : 3;
+    const int is_held = KR_HAS_SUPPORTS && slow[3].held;
+    if (is_damped && p->has_tangents == 0.0) count = is_held ? 2 : 3;
     sort_axes_by_damping(motion, axes);
     for (int i = 0; i < count; i++) {
         slow[i] = slow[3];
-        const int is_strong = slow[3].held
-                                  ? take_held_directions(&held, i, undamped, pull, &slow[i])
-                                  : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
+        const int is_strong = is_held ? take_held_directions(&held, i, undamped, pull, &slow[i])
+                                      : take_slow_axes(motion, axes[i], undamped, pull, &slow[i]);
         if (!is_strong) continue;
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
         if (!strong) strong = &slow[i];
@@ -459,12 +459,12 @@ int kr_slow_overflows(const kr_motion *motion, int order, double until)
     const kr_vec3 A = motion->inertia, D = motion->damping, W = v_of(p->series->end_w + 1),
                   L = v_times(A, W);
     const double limit = exp2(OVERFLOW_LEAST + OVERFLOW_SHARE / (order - 1)), most = v_largest(A),
-                 least = fmin(A.x, fmin(A.y, A.z)), size = v_length(L);
-    if (motion->step >= 0.0 || p->series->linear != 1.0) return 0;
+                 least = fmin(A.x, fmin(A.y, A.z)), square = v_dot(L, L), size = sqrt(square);
+    if (motion->step >= 0.0) return 0;
     if (v_largest(W) > limit) return 1;
     if (D.x != D.y || D.y != D.z || v_largest(motion->rotor) > 0.0 || !isfinite(until)) return 0;
-    const double growth = CERTAIN * D.x * (v_dot(W, L) / (size * size)),
-                 loss = largest_torque(motion) * most / least;
+    const double growth = CERTAIN * D.x * (v_dot(W, L) / square),
+                 loss = v_length(motion->lever) * most / least;
     if (!(loss < SMALL_TORQUE * growth * size * p->rate)) return 0;
     return size / most * exp(growth * fabs(until - motion->clock)) > limit;
 }

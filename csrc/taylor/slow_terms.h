@@ -82,6 +82,7 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     double moved = 0.0;
     for (int i = 0; i < 3; i++) {
         last[i] = s->c[u + i][n];
+        follows[i] = of(0.0, 0.0);
         if (!slow->is_slow[i]) continue;
         const number next = mul(of(n + 1, 0.0), s->c[ROW_W + i][n + 1]);
         follows[i] = over(minus(next, NAME(torque)(s, slow, i, n)), s->drag[i]);

@@ -84,13 +84,13 @@ ROWS = (
         "Taylor series, `kr_method_taylor`, 30 digits, tangents",
         (MOVING % "taylor", EMPTY),
         (),
-        135,
+        150,
     ),
     (
         "the same, with `-DKR_NO_SUPPORTS`",
         (MOVING % "taylor", EMPTY),
         ("-DKR_NO_TORUS", "-DKR_NO_SUPPORTS"),  # torus forms are not linked here anyway
-        100,
+        135,
     ),
     (
         "everything, with `-DKR_NO_TORUS -DKR_NO_SUPPORTS`",
@@ -102,7 +102,7 @@ ROWS = (
         "everything, with `-DKR_NO_TORUS`",
         write_everything(TORUS),
         ("-DKR_NO_TORUS",),
-        310,
+        325,
     ),
     ("everything", write_everything(), (), None),
 )
