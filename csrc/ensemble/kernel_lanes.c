@@ -1,9 +1,9 @@
 /* The kernel of the lanes (lane_state.h), in doubles. This file is compiled once for each
- * instruction set, with -DKR_ISA=avx2 -mavx2 -mfma etc. (CMakeLists.txt). */
+ * instruction set, with options such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the step of every lane at its time `end`, and returns the points of the paths at this
+/* Ends the step of every lane at the time `end`, and returns the points of the paths at this
  * time. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {

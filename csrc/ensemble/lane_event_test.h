@@ -1,16 +1,16 @@
-/* Test for a possible sign change of the event function in a step of the lanes. In a step the event
- * function is a polynomial. The coefficients of this polynomial in Bernstein's basis enclose its
- * values. If all coefficients have the last known sign of the function, the sign did not change.
- * The test may report a change where there is none, but never misses one; section.c searches the
- * reported lanes. This source is compiled once for each instruction set. */
+/* Test for a possible sign change of the event function in a step of the lanes. Within a step, the
+ * event function is a polynomial, and its coefficients in the Bernstein basis bound its values. If
+ * all coefficients have the last known sign of the function, the sign has not changed. The test may
+ * report a change where there is none, but never misses one. section.c then searches the reported
+ * lanes. This source is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* Returns g at P and W, without the constant term. */
+/* Returns the value of g at P and W, without the constant term. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
-/* Returns dg/dt at P and W. */
+/* Returns the value of dg/dt at P and W. */
 INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 {
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
@@ -26,9 +26,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(k.z * w.x, w.y, linear.z)};
     return event_value(l, dp, dw);
 }
-/* Sets the coefficients of g, or of dg/ds, over a step of length h, and returns the degree. As in
- * events/event_polynomial.c, the last coefficient is corrected. The value of the polynomial at the
- * end of the step is then the value at the start of the next step. */
+/* Sets the coefficients of g, or of dg/ds, over a step of size h, and returns the degree. As in
+ * events/event_polynomial.c, the last coefficient is corrected, so that the value at the end of the
+ * step equals the value at the beginning of the next step. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;
@@ -48,7 +48,8 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Returns the lanes in which g, or dg/ds, has certainly kept its sign in the step. */
+/* Returns the mask of the lanes in which g, or dg/ds, has definitely not changed sign in the
+ * step. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
 {
     const int degree = expand_event(l, h, end);

@@ -1,6 +1,6 @@
-/* The scheduler of tops in lanes. Each top has its own time and step sizes. When a top has reached
- * its last time, its lane takes the next top. If a top fails in a lane, a scalar run repeats it
- * from the start and reports the error. */
+/* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
+ * has reached its last time, the lane is loaded with the next top. If a top fails in a lane, a
+ * scalar run repeats the integration from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
@@ -37,14 +37,14 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
-/* Sets the integrals of a lane's tangent to their values at the start. */
+/* Resets the integrals for the tangent of a lane to their initial values. */
 static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
     growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
-/* Sets the tangent of a lane without a top to finite numbers. */
+/* Fills the tangent of a lane without a top with finite numbers. */
 static void park_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per,     g->moments,
@@ -53,7 +53,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks a lane without a top: fills the lane with a top at rest, whose first step never ends. */
+/* Parks an unused lane by loading a top at rest, for which the first step never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -70,9 +70,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order of the series for the requested tolerance. Lowers the tolerance of the
- * lanes so that the error of this order meets the requested tolerance. Order and tolerance were
- * measured by validation/studies/lane_orders.py. */
+/* Chooses the order of the series that is fastest for the requested tolerance. Lowers the tolerance
+ * of the lanes so that the error at this order meets the requested tolerance. The orders and
+ * tolerances were determined by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -111,8 +111,8 @@ void kr_scheduler_reset(kr_worker *worker)
     for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
 }
 
-/* Returns the rotation that permutes the axes cyclically such that the third moment is the largest.
- * Writes to `shift` by how many places the axes are shifted. */
+/* Returns the cyclic permutation of the axes, as a rotation, that makes the third moment the
+ * largest. Writes the number of places by which the axes are shifted to `shift`. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
@@ -191,8 +191,8 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
               times_power_of_2(a.z, power));
 }
 /* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
- * power of two, because its square may overflow. The default tangent is not along any special
- * axis. */
+ * power of two, because its square may overflow. The default tangent is not aligned with any
+ * special axis. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -208,8 +208,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
- * tangent differ by this factor, and their squares must not overflow. */
+/* Upper limit of the reciprocal of a moment, in units of the largest moment. The components of a
+ * tangent may differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Sets the constants of a tangent. */
 static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)
@@ -301,9 +301,9 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next requested time. At requested times equal to the time of the
- * start, stores the start. If the top is done or needs a scalar run, frees the lane and returns
- * 0. */
+/* Sets the goal of a lane to the next requested time. For requested times equal to the initial
+ * time, stores the initial state. If the top is finished or needs a scalar run, frees the lane and
+ * returns 0. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -329,8 +329,8 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if the last step of a lane is valid. A step of length 0 is not valid; before the
- * horizon, no such step is known to occur. */
+/* Returns 1 if the last step of a lane is valid. A step of length 0 is invalid; no such step is
+ * known to occur before the horizon. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -338,7 +338,7 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* Returns the last sampled state of a lane, with the time t. */
+/* Returns the last sampled state of a lane, with its time set to t. */
 static kr_state read_sample(const kr_lanes *l, int lane, double t)
 {
     const kr_state s = {
@@ -365,7 +365,7 @@ static int has_growth(const kr_lanes *l, int lane)
     return isfinite(sum);
 }
 /* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
- * same step, so that it can be sampled at once. */
+ * same step, so that the lane can be sampled again immediately. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -391,8 +391,8 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes until at least one must be processed, but by at most STEPS_PER_POLL steps.
- * Then processes these lanes. */
+/* Advances all lanes until at least one lane must be processed, but by at most STEPS_PER_POLL
+ * steps. Then processes the lanes concerned. */
 static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;

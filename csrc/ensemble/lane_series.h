@@ -1,7 +1,7 @@
-/* The recurrence of lane_state.h: the coefficients of the series, the step size, and the sums of
- * the series. This source is compiled once for each instruction set. Each sum of products starts
- * with the middle indices. The newest coefficients are computed last, and are therefore used last.
- * A lane gives bitwise equal results for every vector width with fused multiply-add. */
+/* The recurrence of lane_state.h: coefficients of the series, choice of the step size, and
+ * evaluation. This source is compiled once for each instruction set. Each sum of products starts
+ * with the middle indices, so that the newest coefficients are needed last. The results in a lane
+ * are bitwise equal for all vector widths with fused multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -114,7 +114,8 @@ INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds the products of coefficient j of P and coefficient m of W that the heading needs. */
+/* Adds the products of the j-th coefficient of P and the m-th coefficient of W that the heading
+ * needs. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -182,7 +183,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
     return a;
 }
 
-/* Computes coefficient n of f' and coefficient n + 1 of f. */
+/* Computes the n-th coefficient of f' and the (n + 1)-th coefficient of f. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, const lane_pair *newest, wide share)
 {
     const lane_vec w = newest->w, p0 = lane_vec_load(l->p[0]), part = lane_vec_load(l->part);
@@ -236,7 +237,7 @@ INLINE void expand_lanes(kr_lanes *l, int headless)
     for (int n = 0; n < l->order; n++) newest = next_lane_coefficient(l, n, newest, headless);
 }
 
-/* The functions approx_log2 and approx_exp2 of taylor/series.h for all lanes. */
+/* The functions approx_log2 and approx_exp2 of taylor/series.h, for vectors. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -263,8 +264,7 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step size for which the last term is as large as the tolerance, as in
- * taylor/series.h. */
+/* Returns the step size for which the last term equals the tolerance, as in taylor/series.h. */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
@@ -280,7 +280,7 @@ typedef struct {
     lane_vec p, w;
     wide turn;
 } lane_point;
-/* Sums the series of P, W and f up to an order, at the time `at`. */
+/* Evaluates the series of P, W and f, truncated at the given order, at the time `at`. */
 INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
@@ -304,8 +304,9 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Writes the sine and cosine of x. The low bits of u hold the nearest number of quarter turns. The
- * remainder, at most an eighth of a turn, is the argument of the polynomials of math/trig.h. */
+/* Writes the sine and cosine of x. The low bits of u hold the nearest integer number of quarter
+ * turns. The remainder is at most an eighth of a turn, and is the argument of the polynomials of
+ * math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -335,15 +336,15 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Returns the shortest rotation from P to d, as a quaternion that is not normalized. */
+/* Returns the shortest rotation from P to d, as a quaternion that has not been normalized. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
     const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
                          wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). If `headless`, returns the
- * shortest rotation from P to the vertical. */
+/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). If `headless` is nonzero,
+ * returns the shortest rotation from P to the vertical. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {

@@ -1,6 +1,6 @@
-/* Taylor series of heavy tops in lanes: each lane of a vector holds one top, which has its own step
+/* Taylor series of heavy tops in lanes: each lane of a vector holds one top, with its own step
  * size. Private to ensemble/.
- *     P' = P x W                  P = q* e3 q: the vertical seen from the body
+ *     P' = P x W                  P = q* e3 q: the vertical in the body frame
  *     A W' = (AW + h) x W + P x c     W: angular velocity in the body; A: moments; h: rotor;
  *                                     c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
@@ -19,14 +19,14 @@
 
 enum { KR_LANES_MAX = 8, KR_LANES_ORDER = 28 };
 
-/* Numbers, vectors and quaternions, one for each lane. */
+/* Arrays of numbers, vectors and quaternions, with one element for each lane. */
 typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
 struct kr_lane_tangents;
 /* The current steps of all lanes, from the times t to `end`. The axes of each body are ordered so
- * that the third moment is the largest. A lane without a top is parked: its numbers are finite, and
- * its `goal` is infinite. */
+ * that the third moment is the largest. An unused lane is parked: its numbers are finite, and its
+ * `goal` is infinite. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -48,8 +48,8 @@ typedef struct kr_lanes {
     kr_lane_number steps, max_steps;
     kr_lane_number at; /* time to sample */
     /* The event: a zero or an extremum of g = (along_p, P) + (along_w, W) + constant. g[] holds the
-     * coefficients of g (or dg/ds) in s = 0 .. 1 over the step. `side` is the last sign known with
-     * certainty, 0 if none. Values of g up to `noise` count as zero. */
+     * coefficients of g, or of dg/ds, as a polynomial in s over the step, 0 <= s <= 1. `side` is
+     * the last sign known with certainty, or 0. Values of g up to `noise` are treated as zero. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
@@ -92,17 +92,17 @@ typedef struct kr_lanes_isa {
     const char *name;
     const int *lanes;
     int (*runs_here)(void);
-    /* Makes at most `steps` steps of all lanes. Stops as soon as a lane has passed its goal, made
-     * no progress, exceeded its number of steps, is not finite, or may have met its event. Returns
-     * the set of the lanes for which this is true, one bit for each lane. */
+    /* Advances all lanes by at most `steps` steps. Stops as soon as a lane has passed its goal, has
+     * made no progress, has exceeded its number of steps, is not finite, or may have met its event.
+     * Returns the set of these lanes, with one bit for each lane. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
-    /* Computes the states at the times `at` inside the steps. */
+    /* Computes the states at the times `at` within the steps. */
     void (*sample)(kr_lanes *lanes);
-    /* Removes the known solutions from the initial tangent tangents->end.d, scales the rest to unit
-     * length, and writes it to tangents->first. */
+    /* Removes the known solutions from the initial tangent tangents->end.d, scales the remainder to
+     * unit length, and writes the result to tangents->first. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
-/* KR_LANES_ISA declares the exports of kernel_lanes.c for an instruction set. */
+/* KR_LANES_ISA declares the functions that kernel_lanes.c exports for an instruction set. */
 #define KR_LANES_ISA(isa)                                                                          \
     unsigned kr_lanes_advance_##isa(kr_lanes *lanes, int steps);                                   \
     void kr_lanes_sample_##isa(kr_lanes *lanes);                                                   \
@@ -111,7 +111,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set that was compiled in, beginning with the widest. Returns NULL
- * beyond the last. */
+/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
+ * widest comes first. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

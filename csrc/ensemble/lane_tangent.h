@@ -1,5 +1,5 @@
-/* Growth of one tangent for each lane. The path does not depend on the tangents, except that steps
- * may be shorter. This source is compiled once for each instruction set. The equations are those of
+/* The growth of one tangent for each lane. Tangents do not affect the path, except that steps may
+ * be shorter. This source is compiled once for each instruction set. The equations are those of
  * taylor/tangents.h without damping and parameters. With the momentum M = AW + h in the body, two
  * solutions are known and removed at the end of each step: the flow (W | P x c) and the rotation
  * about the vertical (P | P x M). The growth of the remainder is measured. Up to the tolerance, a
@@ -10,10 +10,10 @@
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
-/* GROWTH_SLACK: log2 of the largest allowed last term of a deviation, relative to the tolerance
- * times the size of the deviation. A step of the path is divided into at most GROWTH_PARTS parts;
- * if these are not enough, the step ends after the last part. A part is shortened at most
- * GROWTH_TRIES times. */
+/* GROWTH_SLACK is log2 of the upper limit of the last term of a deviation, relative to the
+ * tolerance times the norm of the deviation. A step of the path is divided into at most
+ * GROWTH_PARTS parts; if these do not suffice, the step ends after the last part. A part is
+ * shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
@@ -84,8 +84,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an error of 1e-8, without a division. The accuracy is
- * sufficient for the terms of a mean. The polynomial interpolates ln(1 + m) / m at Chebyshev's
+/* Returns the natural logarithm of x with an error of 1e-8, without a division. This accuracy
+ * suffices for the terms of a mean. The polynomial interpolates ln(1 + m) / m at Chebyshev
  * points. */
 INLINE wide approx_log(wide x)
 {
@@ -126,7 +126,7 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
     a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
     a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
 }
-/* Computes coefficient n + 1 of the deviation, from the sums at n. */
+/* Computes the (n + 1)-th coefficients of the deviation from the sums at n. */
 INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
@@ -154,7 +154,7 @@ INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Returns the part of `d` orthogonal to the known solution `known`. */
+/* Returns the component of `d` orthogonal to the known solution `known`. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
@@ -176,8 +176,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
-/* Returns the part of `d` orthogonal to both known solutions. If the known solutions are parallel
- * up to rounding, only the component along the flow is removed. */
+/* Returns the component of `d` orthogonal to both known solutions. If the known solutions are
+ * parallel up to rounding errors, removes only the component along the flow. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -188,8 +188,8 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the squared length of remove_known(d). The error is about one rounding error of the
- * squared length of `d`. This accuracy suffices for the terms of a mean. */
+/* Returns the squared norm of remove_known(d). The error is about one rounding error of the squared
+ * norm of `d`, which suffices for the terms of a mean. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -218,7 +218,7 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
 /* Writes the errors of dE and d<m,e3>, the two conserved linear forms of a deviation. Each error is
- * relative to the norm of the form times the size of the deviation. */
+ * relative to the norm of the form times the norm of the deviation. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -236,21 +236,21 @@ INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_de
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Lobatto's rule with six points on [0, 1]: the inner points, their weights, and the weight of each
- * end. */
+/* The six-point Lobatto rule on [0, 1]: the inner points, their weights, and the weight of each end
+ * point. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* The integrals of ln|delta| and of ln|delta| ln t, and the largest and the last ln|delta|. Also
- * the square of the largest last term relative to its deviation. */
+/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
+ * square of the largest relative last term. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the contribution of the node at the time t to the integrals, with the weight `share` and the
- * value a.last of ln|delta|. Lanes that have reached the end of the step have the weight 0. */
+/* Adds the contribution of the node at time t to the integrals, with weight `share` and the value
+ * a.last of ln|delta|. Lanes that have reached the end of the step have weight 0. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -268,8 +268,8 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     a->rest = wide_max(rest, a->rest);
 }
 /* Adds the integrals over a part of length h that begins at l->t. `d` is the deviation at the end
- * of the part, without the known solutions. Lobatto's rule is used because the logarithm has a
- * sharp minimum where the deviation is short. */
+ * of the part, without the known solutions. The Lobatto rule is used because the logarithm has a
+ * sharp minimum where the deviation is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -287,7 +287,7 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
     return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
-/* Returns the square of the last term of a deviation at the time h after the start of its
+/* Returns the square of the last term of a deviation at the time h after the expansion point of the
  * series. */
 INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 {
@@ -296,7 +296,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the fraction of h up to which the last term is small enough: 1, or an estimate below 1.
+/* Returns the fraction of h for which the last term is small enough: 1, or an estimate below 1.
  * `all` is the deviation at the end of the part. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
@@ -313,8 +313,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a part of length h until the last term is small enough. Returns the length of the part,
- * or 0 if none is short enough. */
+/* Shortens a part of length h until the last term is small enough. Returns the resulting length, or
+ * 0 if no length is small enough. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -332,7 +332,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Expands the path in a series about the times `at` inside the step. */
+/* Expands the path in a series about the times `at` within the step. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -359,10 +359,10 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the deviation from the start of the step to the time `to`, in at most `most` parts.
- * `at` is the point of the path at the time `to`. Writes the time that each lane has reached.
- * Further parts do not change lanes that have reached `to`. Returns the deviation without the known
- * solutions. */
+/* Propagates the deviation from the beginning of the step to the time `to`, in at most `most`
+ * parts. `at` is the point of the path at the time `to`. Writes the time that each lane has
+ * reached. Lanes that have reached `to` are not changed by further parts. Returns the deviation
+ * without the known solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)
@@ -400,7 +400,7 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
 }
 /* Propagates the deviation over the last step, removes the known solutions, and scales the result
  * by a power of two. Returns the time that each lane has reached: the end of the step, or an
- * earlier time if the step would need too many parts. */
+ * earlier time if the step needs too many parts. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -422,8 +422,8 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth at the times `at` inside the steps, or NaN if the deviation does not reach the
- * time. The division into parts up to `at` differs from the division of the whole step. */
+/* Writes the growth at the times `at` within the steps, or NaN if the deviation does not reach the
+ * time. The parts up to `at` differ from the parts of the whole step. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -441,9 +441,9 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit of a deviation's last term. Also sets the number of terms larger than 2^-24 at
- * each node inside a step. The n-th term is about tol^(n/order) at the end of the step, and x^n
- * times as large at a node x. */
+/* Sets the limit of the last term of a deviation, and the number of terms above 2^-24 at each node
+ * within a step. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
+ * factor of x^n at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -452,7 +452,7 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Starts a deviation of unit length, without the known solutions, in every lane. */
+/* Starts a deviation of unit length in every lane, without the known solutions. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

@@ -1,6 +1,7 @@
 /* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
- * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
+ * and writes the outcomes. A top is processed in a lane, in a batch of closed-form solutions, or in
+ * a scalar run, which advances a single kr_top. The results for a top do not depend on other
+ * tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"
@@ -23,8 +24,8 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns the address for the growth of a top at its k-th time, or NULL if growth is not
- * requested. */
+/* Returns the address at which the growth of a top at its k-th time is stored, or NULL if growth is
+ * not requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -70,7 +71,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Computes and stores the states of a started top, 64 states at a time. */
+/* Computes and stores the states of a top that has been started, 64 states at a time. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators)
 {
@@ -95,8 +96,8 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    /* Without the heading, closed forms would not be faster, and motions on turning supports would
-     * be undefined. */
+    /* Skipping the heading would not make closed-form solutions faster, and is undefined on
+     * rotating supports. */
     if (top == worker->exact_top || kr_scene_turns(scene)) config.skip_heading = 0;
     kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
@@ -110,13 +111,13 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     }
     kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
-    /* The plan of a closed form on a torus takes as long as thousands of steps and does not
-     * poll. */
+    /* The set-up of a closed-form solution on a torus takes as long as thousands of steps, and does
+     * not poll. */
     if (top == worker->exact_top && config.poll && config.poll(config.context))
         worker->interrupted = 1;
 }
 
-/* Returns the status of a top that cannot run in a lane. */
+/* Returns the status that explains why a top cannot run in a lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;
@@ -124,7 +125,7 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return KR_ERR_TURNING;
 }
-/* Returns the top for a scalar run. Tops on turning supports also have a closed form, but they are
+/* Returns the kr_top for a scalar run. Closed-form solutions for tops on rotating supports are
  * computed one by one, because batches do not support them. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
@@ -135,7 +136,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Dispatches a top without a closed form to a lane or to a scalar run. */
+/* Dispatches a top that has no closed-form solution to a lane or to a scalar run. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -149,7 +150,8 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches the n tops from `from`: first those with a closed form, then all others. */
+/* Dispatches the n tops that begin at index `from`: first those that have a closed-form solution,
+ * then all others. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -200,8 +202,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up to a multiple of 64 bytes. A vector that spans two cache lines takes twice the
- * time to load. */
+/* Rounds a size up to a multiple of 64 bytes. Loading a vector that spans two cache lines takes
+ * twice as long. */
 static size_t round_to_lines(size_t size)
 {
     const size_t line = LINE_DOUBLES * sizeof(double);
@@ -227,8 +229,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the tops for scalar runs. Validates the config by starting a top with the default
- * scene. */
+/* Allocates the tops for scalar runs. Validates the configuration by starting a top with the
+ * default scene. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
@@ -237,8 +239,8 @@ static kr_status create_scalar_tops(kr_worker *worker)
     if (worker->method != &kr_method_exact)
         status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
     if (status == KR_OK && worker->plans) {
-        /* If the worker has no method, tops whose closed form needs additional memory use
-         * taylor. */
+        /* If the worker has no method, tops use taylor if their closed-form solution needs
+         * additional memory. */
         const size_t extra = worker->method ? kr_exact_extra_doubles() : 0;
         status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
     }

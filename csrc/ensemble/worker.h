@@ -1,6 +1,6 @@
-/* The worker, shared by the files of ensemble/. worker.c dispatches tops, and exact_batch.c
- * evaluates closed forms in batches. lane_scheduler.c integrates tops in lanes, section.c finds
- * events, and reduce.c reduces states. */
+/* The worker, shared by the files of ensemble/. Tops are dispatched by worker.c, evaluated in
+ * batches of closed-form solutions by exact_batch.c, and integrated in lanes by lane_scheduler.c.
+ * Events are found by section.c, and states are reduced by reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -82,7 +82,7 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
 void kr_scheduler_reset(kr_worker *worker);
 /* Loads top i into a lane. Advances the tops in the lanes until a lane is free. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
-/* Advances all tops in lanes to their last times or events. */
+/* Advances all tops in the lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
@@ -117,7 +117,7 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
  * lane if there are no more events to search for. */
 int kr_section_set_goal(kr_worker *worker, int lane);
-/* Stores the events in the last step of a lane, and frees the lane if its top is done. */
+/* Stores the events in the last step of a lane, and frees the lane if the top is finished. */
 void kr_section_search(kr_worker *worker, int lane);
 /* Advances a top that has been started from event to event, storing the states. */
 kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,

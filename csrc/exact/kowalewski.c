@@ -1,5 +1,6 @@
-/* The closed form of a scene with a Kowalewski top. This file is compiled once for each instruction
- * set, because double-double products are three times as fast with fused multiply-add. */
+/* Set-up of the closed-form solution for a Kowalewski top. This file is compiled once for each
+ * instruction set, because double-double products are three times as fast with fused
+ * multiply-add. */
 #include "across.h"
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"
@@ -13,7 +14,7 @@ enum { POINTS = 256 };
 /* A plan is set up anew if its error exceeds this limit. */
 #define INACCURATE 1e-14
 
-/* The plan, and the intermediate results of its set-up. */
+/* A plan, with the intermediate results of the set-up. */
 typedef struct kowalewski_memory {
     kr_theta_sums plan;
     kowalewski_work work;
@@ -32,7 +33,7 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, acr
     top->l = start.vertical;
     return KR_OK;
 }
-/* Sets the phase of e from the attitude `q` at the start, before the plan has a frame. */
+/* Sets the phase of e from the initial attitude `q`. The frame of the plan is not yet set. */
 static void set_phase(kr_theta_sums *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
@@ -48,8 +49,9 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->head.second = two_pi * plan->torus.turn[1].fast;
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
-/* Returns the largest error of a plan in internal units. The attitude is compared at the start; e3
- * and the momentum are compared at the start and a short time later, `moment`. */
+/* Returns the largest error of a plan in internal units. The attitude is checked at the initial
+ * time. The vertical e3 and the momentum are checked at the initial time and at the time `moment`,
+ * shortly afterwards. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {
@@ -67,7 +69,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the larger of the relative errors of energy and <m, e3> of a state. */
+/* Returns the larger of the relative errors of the energy and of <m, e3> at a state. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
@@ -76,14 +78,15 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of integrals at points of the torus. The sums were fitted to fewer
- * samples. Near saddles, errors between the samples are up to 1e4 times as large as those at the
+/* Returns the largest error of the integrals at points of the torus. The sums were fitted to fewer
+ * samples. Near saddles, errors between the samples are up to 1e4 times as large as errors at the
  * samples. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
     for (int i = 1; i <= POINTS; i++) {
-        /* The points are multiples of two irrational numbers, which fill the torus evenly. */
+        /* The points are multiples of two irrational numbers, so that they fill the torus
+         * evenly. */
         const dd phase[3] = {dd_of(fraction_of_turns(0.7548776662466927 * i)),
                              dd_of(fraction_of_turns(0.5698402909980532 * i)), dd_of(0.0)};
         const kr_state s = kowalewski_kernel_at(plan, 0.0, phase);

@@ -3,12 +3,12 @@
  * (p, q, r) along them, are
  *     w + iz = i (S - T) e/2D,   x + iy = (S + T) e/2D,   p = P/D,   q = Q/D,   r = R/D,
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
- * theta1 and theta2 grow linearly with time, and e is a complex number of modulus 1 whose phase
- * grows linearly. In the sum Q, all coefficients c are real; in the other sums, those with odd k2
- * are imaginary. The sums P, Q and R themselves are real. Near a separatrix, the sums of
+ * The angles theta1 and theta2 grow linearly with time, and so does the phase of e, a complex
+ * number of modulus 1. In the sum Q, all coefficients c are real; in the other sums, those with odd
+ * k2 are imaginary. The sums P, Q and R themselves are real. Near a separatrix, the sums of
  * kowalewski_dual.h represent the same functions without cancellation. Bobenko, Reyman and
- * Semenov-Tian-Shansky (Comm. Math. Phys. 122 (1989) 321) give theta functions of the same
- * curve. */
+ * Semenov-Tian-Shansky (Communications in Mathematical Physics 122, 1989, 321) give theta functions
+ * of the same curve. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "torus.h"

@@ -1,7 +1,7 @@
-/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them.
- * The frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of
- * this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
- * part near each pole is therefore integrated in closed form:
+/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them. The
+ * frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this
+ * integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
+ * contribution of each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
  * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
  * numerator at the pole.
@@ -11,7 +11,7 @@
 #define KR_KOWALEWSKI_AVERAGES_H
 #include "kowalewski_curve.h"
 
-/* A pole w of the heading's integrand, with N - w D = a sin^2 + b cos^2. */
+/* A pole w of the integrand of the heading, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
     dd a, b, value; /* g, or 0 if the pole is not treated separately */
     double whole;   /* the average in closed form: 1/2 or -1/2, or 0 */
@@ -28,7 +28,7 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Sets the poles that are treated separately on an arc. Returns their number. */
+/* Sets the poles that are treated separately on an arc, and returns the number of these poles. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -57,8 +57,8 @@ typedef struct samples {
     double size[3];
 } samples;
 
-/* Returns the integrand of the heading for |l|, without the parts that are integrated in closed
- * form. */
+/* Returns the integrand of the heading for |l|, without the contributions that are integrated in
+ * closed form. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
                        dd N, dd D, dd R, dd slope)
 {
@@ -89,7 +89,7 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Replaces the heading's sample at an end of the arc, where a close pole makes the quotient
+/* Replaces the sample of the heading at an end of the arc, where a close pole makes the quotient
  * inaccurate. The new value is interpolated by an even polynomial through the neighbouring
  * samples. */
 static void mend_end(samples *v, int end, int stride)
@@ -102,9 +102,9 @@ static void mend_end(samples *v, int end, int stride)
     v->v[2][end] = value;
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
-/* Averages the integrands over an arc. Doubles the number of intervals until this changes each
- * average by at most the rounding error of a double. The relative error of the last average is then
- * about the square of the relative change. Returns 0 if GRID intervals do not suffice. */
+/* Averages the integrands over an arc. The number of intervals is doubled until each average
+ * changes by at most the rounding error of a double. The relative error of the last average is then
+ * about the square of this change. Returns 0 if GRID intervals do not suffice. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
@@ -141,7 +141,7 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* The determinant of the averages, the rates of the torus's two angles, and the rate of the
+/* The determinant of the averages, the rates of the two angles of the torus, and the rate of the
  * heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
@@ -171,7 +171,7 @@ static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, d
         arc[j].sine[1][k] = (p1 * v - q1 * u) / det;
     }
 }
-/* Averages over both arcs and computes the rates. Returns 0 if an average is not accurate
+/* Computes the averages over both arcs, and the rates. Returns 0 if an average is not accurate
  * enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
@@ -190,8 +190,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
     return out->det.hi > 0.0;
 }
-/* Adds the sine series of one arc to both angles of the torus, given sine and cosine of the arc's
- * variable. */
+/* Adds the sine series of one arc to both angles of the torus. s and c are the sine and cosine of
+ * the variable of the arc. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {

@@ -1,15 +1,15 @@
 /* The curve of a Kowalewski top, its two arcs, and averages over the arcs, in double-double.
  *
  * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points along
- * -sign(gravity) com. Axis 3 is the odd principal axis. With the angular velocity (p, q, r) in the
- * body frame, and e3 = (g1, g2, g3) in the body frame,
+ * -sign(gravity) com. Axis 3 is the distinct principal axis (moment 1). With the angular velocity
+ * (p, q, r) in the body frame, and e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
  * w2) and F(w2)/(w2 - w1). On an arc
  *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
  * Then dw/F = D R dx, where R is an even periodic function of x. Averages by the trapezoidal rule
- * therefore converge exponentially (S. Kowalevski, Acta Math. 12 (1889) 177).
+ * therefore converge exponentially (S. Kowalevski, Acta Mathematica 12, 1889, 177).
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_CURVE_H
@@ -36,7 +36,8 @@ typedef struct kowalewski_curve {
 typedef struct kowalewski_arc {
     dd A, B, C, E;
     int low, high;
-    /* N - root D = a sin^2 + b cos^2. For complex roots a and b have the real part. */
+    /* N - root D = a sin^2 + b cos^2. For a complex root, a and b are computed from its real
+     * part. */
     dd a[ROOTS], b[ROOTS];
     int folds;            /* number of Landen transformations from the series' variable to x */
     dd fold[FOLDS];       /* moduli of the transformations */
@@ -63,8 +64,9 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the root of phi that is farthest from the two others. Newton's method starts beyond all
- * roots, on the side of the point of inflection where it converges monotonically to this root. */
+/* Returns the isolated root of phi, which is the farthest from the other two. Newton's method
+ * starts beyond all roots, on the side of the point of inflection from which it converges
+ * monotonically to this root. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
@@ -130,10 +132,11 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* The difference of a root e of phi and a = k or -k, if the roots are close to each other. Since
- * a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
+/* The difference between a root e of phi and a = k or -k, for roots that are close to each other.
+ * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * `resolution` is the size of the smallest factor relative to the numbers that cancel in it. */
+ * `resolution` is the magnitude of the smallest factor, relative to the numbers that cancel in
+ * it. */
 typedef struct close_roots {
     int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
@@ -155,7 +158,7 @@ static close_roots examine_roots(const kowalewski_curve *o, int i, int j)
     if (i < j) r.apart = dd_neg(r.apart);
     return r;
 }
-/* Returns root i minus root j, for complex roots the difference of real parts. */
+/* Returns root i minus root j, or the difference of the real parts for complex roots. */
 static dd root_apart(const kowalewski_curve *o, int i, int j)
 {
     const close_roots r = examine_roots(o, i, j);
@@ -180,7 +183,8 @@ static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
 }
-/* Distances of w1 from k and from the lower end of its arc, and of w2 from the end of its arc. */
+/* The distances of w1 from k and from the lower end of its arc, and the distance of w2 from the end
+ * of its arc. */
 typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
@@ -200,9 +204,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Solves the equations of separate by iteration from approximate gaps. `product` has (k - w1)(k -
- * w2) and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The order of the
- * equations is the one in which an error of `below` decreases fastest. */
+/* Solves the equations of `separate` iteratively, starting from approximate gaps. `product` holds
+ * (k - w1)(k - w2), and (w1 - e)(e - w2) for the lower ends e of the arcs of w1 and w2. The order
+ * of the equations is that in which an error of `below` decreases fastest. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -229,7 +233,7 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the gaps of a state p, q, r, g1, g2, g3. With z = (r x + g3) times the conjugate of the
  * square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * This equation and the equations of product_at_end determine the gaps to full precision. */
+ * These equations and those of product_at_end determine the gaps to full precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -255,7 +259,7 @@ static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
         arc->b[i] = root_apart(o, arc->high, i);
     }
 }
-/* Sets the coefficients of an arc for a given scale. */
+/* Sets the coefficients of an arc for the given scale. */
 static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     const int infinite = arc->low == NO_ROOT;
@@ -265,8 +269,8 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of an arc's integrands. Each is given by cos x at that point. The digits that a
- * double-double has near 1 and -1 are needed if branch points are close to an end of the arc. */
+/* The branch points of the integrands of an arc, given by the values of cos x. They are
+ * double-doubles, because branch points close to an end of the arc differ little from 1 or -1. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
@@ -411,7 +415,7 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[1],
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
-/* Converts sine and cosine of the arc's variable y to sine and cosine of x, and returns dx/dy. The
+/* Converts the sine and cosine of the variable y of an arc to those of x, and returns dx/dy. The
  * code exchanges values instead of pointers, because gcc 12.2 at -O1 reads the wrong variable
  * through a pointer to one of two variables. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
@@ -431,7 +435,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Converts sine and cosine of x to those of the arc's variable, as the inverse of unfold. */
+/* Converts the sine and cosine of x to those of the variable of the arc; the inverse of unfold. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
@@ -447,7 +451,7 @@ static void fold(const kowalewski_arc *arc, dd *s, dd *c)
     }
 }
 static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
-/* Writes N and D and returns R, given sin^2 and cos^2 of x/2. */
+/* Writes N and D, and returns R. s and c are sin^2 and cos^2 of x/2. */
 static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
     dd product = dd_of(1.0);

@@ -1,14 +1,14 @@
-/* The sums of a Kowalewski top after Poisson's summation. If an eigenvalue of B is small, as near a
- * separatrix, the terms of kowalewski_theta.h nearly cancel. The same sums then have other terms,
- * which do not cancel: with z = theta + i beta, the sum of the terms of a class r is
+/* The sums of a Kowalewski top after Poisson summation. If an eigenvalue of B is small, as near a
+ * separatrix, the terms of kowalewski_theta.h nearly cancel. Poisson summation expresses the same
+ * sums by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
- * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted as well, because it
- * is part of e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, what is left is
+ * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is also omitted, because it is
+ * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * Linear combinations of the classes have fewer terms, so their coefficients are the unknown
- * constants. Poisson's summation is exact. The rules for classes and signs are those of
- * kowalewski_theta.h, which were found numerically and are not proved.
+ * Linear combinations of the classes have fewer terms, so the coefficients of these combinations
+ * are the unknown constants. Poisson summation is exact. The rules for classes and signs are those
+ * of kowalewski_theta.h, which were found numerically and have not been proved.
  * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
  * of separatrix.
  *
@@ -18,8 +18,8 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* The combinations of the classes of one sum: weight[b][i] is the weight of class i in combination
- * b. The number of combinations equals the number of classes. */
+/* Linear combinations of the classes of one sum: weight[b][i] is the weight of class i in
+ * combination b. The number of combinations equals the number of classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -57,7 +57,7 @@ static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1,
     return eighth_turn(k1 * b->first[i] + k2 * b->second[i] +
                        (is_imaginary(sum, b->second[i]) ? 2 : 0));
 }
-/* Appends a combination if it is linearly independent of the others. */
+/* Appends a combination if it is linearly independent of the previous ones. */
 static void append_combination(dual_basis *b, int *found, const double weight[])
 {
     double rest[CLASSES], size = 0.0, left = 0.0;
@@ -96,7 +96,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with equal shifts are combined. */
+                    /* Only classes with equal shifts can be combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -124,11 +124,11 @@ static cx factor_of(const dual_basis *b, int which, const dual_term *n)
 {
     return b->factor[which][n->k1 & 7][n->k2 & 7];
 }
-/* Returns the least value of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 for angles theta between -2
- * pi and 2 pi. */
+/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over angles theta between -2 pi
+ * and 2 pi. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
-    /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating over the two
+    /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating minimization over the two
      * coordinates. */
     double x = fmax(-1.0, fmin(1.0, k1)), y = fmax(-1.0, fmin(1.0, k2));
     for (int i = 0; i < 40; i++) {
@@ -140,7 +140,7 @@ static double distance_to_cell(const double bend[3], double k1, double k2)
     return bend[0] * (x - k1) * (x - k1) + bend[2] * (y - k2) * (y - k2) +
            2.0 * bend[1] * (x - k1) * (y - k2);
 }
-/* Returns the negative logarithm of a term's size. */
+/* Returns the negative logarithm of the magnitude of a term. */
 static dd exponent_of_term(const dual_work *d, const dual_term *n)
 {
     const dd a = dd_times(n->k1 * n->k1 / 16.0, dd_of(d->bend[0])),
@@ -148,9 +148,9 @@ static dd exponent_of_term(const dual_work *d, const dual_term *n)
              c = dd_times(n->k2 * n->k2 / 16.0, dd_of(d->bend[2]));
     return dd_add(dd_add(a, c), b);
 }
-/* Chooses a factor of all terms with which the smallest one is in the range of doubles. Returns 0
- * if powers of growths or squares of sums exceed the range. In a product of powers and a size,
- * large and small factors cancel. */
+/* Chooses a common scale factor that keeps the smallest term within the range of doubles. Returns 0
+ * if powers of the growth factors or squares of sums exceed the range. In the product of these
+ * powers and the magnitude of a term, large and small factors cancel. */
 static int scale_dual_terms(dual_work *d)
 {
     const double across = fabs(d->bend[1]), first = d->bend[0] + across,
@@ -162,7 +162,7 @@ static int scale_dual_terms(dual_work *d)
            d->lift + first + second < 340.0;
 }
 /* Lists the terms that exceed a rounding error at some point of the torus. Returns 0 if there are
- * too many, or if they are too large for doubles. */
+ * too many terms, or if a term is too large for doubles. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
     const double pi = 3.14159265358979323846, det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -190,7 +190,7 @@ static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
         }
     return scale_dual_terms(d);
 }
-/* Sets the sizes of the terms for one beta. */
+/* Sets the magnitudes of the terms for one value of beta. */
 static void size_dual_terms(dual_work *d, const double beta[2])
 {
     const double pi = 3.14159265358979323846,
@@ -204,7 +204,7 @@ static void size_dual_terms(dual_work *d, const double beta[2])
         n->size = cx_scale(e.plus * (e.even + e.odd), cx_of(t, s));
     }
 }
-/* Writes the powers exp(k a/4) for two angles. */
+/* Writes the powers exp(k a1/4) and exp(k a2/4) that belong to two angles. */
 static void make_growth(const dual_work *d, const double theta[2], growth_lanes *w)
 {
     const double fourth = 0.25 * 0.31830988618379067154; /* 1/(4 pi) */
@@ -217,7 +217,7 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds a term to the sums over each combination at all samples. `which` is the index of the sum in
+/* Adds a term to the sums over each combination, at all samples. `which` is the index of the sum in
  * a pair of sums. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
@@ -254,7 +254,7 @@ static void size_dual_samples(theta_work *w, sample_choice choice)
         w->sample[i].size = sqrt(size);
     }
 }
-/* Computes the constants of S and T for one beta, as find_spinor does. */
+/* Computes the constants of S and T for one value of beta, like find_spinor. */
 static double find_dual_spinor(theta_work *w, dual_work *d, const double beta[2], int thorough)
 {
     size_dual_terms(d, beta);

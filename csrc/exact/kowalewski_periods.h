@@ -1,11 +1,11 @@
-/* The matrix B and the vector b of a Kowalewski top's theta functions, in doubles. Both are
- * integrals of v = M^-1 (dw/F, w dw/F), where M has the periods of the two arcs as its elements.
+/* The matrix B and the vector b of the theta functions of a Kowalewski top, in doubles. Both are
+ * integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two arcs.
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
  *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
  * A path leads from a root at x = 0 towards another root at x = pi. As on the arcs, w = N/D, but
- * the coefficients are complex. A path is therefore part of a circle or of a line.
+ * with complex coefficients. A path is therefore part of a circle or of a straight line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -20,8 +20,8 @@ enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u *
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
-/* A path. For each of the `count` branch points that are not its ends, N - root D = a sin^2 + b
- * cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. `settled` is
+/* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
+ * + b cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. `settled` is
  * SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
@@ -88,7 +88,7 @@ static cx tracked_root(cx z, cx near, cx near_root)
 {
     return cx_mul(cx_sqrt(cx_div(z, near)), near_root);
 }
-/* Writes dt/dx and (w - base) dt/dx, where base is the start of the path. Returns D. */
+/* Writes dt/dx and (w - base) dt/dx, where base is the beginning of the path. Returns D. */
 static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
 {
     const cx D = cx_add(cx_scale(s, p->C), cx_scale(c, p->E));
@@ -102,9 +102,10 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* The part of a path that is integrated. If `all` is nonzero, the whole path is used. Otherwise it
- * begins at the start of the path and ends where tan^2(x/2) = `most`. If `backwards` is nonzero, it
- * begins at the end of the path and ends where cot^2(x/2) = `most`. */
+/* The part of a path over which the integral extends. If `all` is nonzero, this is the whole path.
+ * Otherwise, the part begins at the beginning of the path and ends where tan^2(x/2) = `most`. If
+ * `backwards` is nonzero, the part begins at the end of the path and ends where cot^2(x/2) =
+ * `most`. */
 typedef struct path_part {
     int all, backwards;
     double most;
@@ -157,7 +158,7 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
     }
     return 0;
 }
-/* Integrates over a path from its start to tan^2(x/2) = `most`. Returns 0 if the rule does not
+/* Integrates over a path from its beginning to tan^2(x/2) = `most`. Returns 0 if the rule does not
  * converge. */
 static int integrate_path(const kowalewski_path *p, double most, cx out[2])
 {
@@ -181,7 +182,7 @@ static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_
                              dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
     return r;
 }
-/* Writes M^-1 (x, y), the normalised integrals. */
+/* Writes the normalised integrals M^-1 (x, y). */
 static void normalise(const based_periods *m, double x, double y, double v[2])
 {
     v[0] = (m->p2 * y - m->q2 * x) / m->det;
@@ -193,12 +194,12 @@ typedef struct kowalewski_matrix {
     double b11, b12, b22, asymmetry, shift[2];
 } kowalewski_matrix;
 
-/* Returns the base of a path that starts at root i, which is the real part of this root. */
+/* Returns the base of a path that starts at root i: the real part of this root. */
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
 /* Returns the path from real root i to the complex root in the upper half plane. The path is a ray
  * in the variable z = (w - real)/(w - complex). In z the upper half plane is the outside of a
- * circle through z = 0. A ray from 0 that points away from the centre of the circle is
- * therefore at least a quarter turn away from the directions of all other branch points. */
+ * circle through z = 0. A ray from 0 that points away from the centre of the circle therefore forms
+ * an angle of at least a quarter turn with the directions of all other branch points. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -225,8 +226,8 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
               root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
 }
-/* Writes the imaginary part of the normalised integral over a path, from its start to tan^2(x/2) =
- * `most`. Returns 0 if the integral does not converge. */
+/* Writes the imaginary part of the normalised integral over a path, from its beginning to
+ * tan^2(x/2) = `most`. Returns 0 if the integral does not converge. */
 static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
                                 double v[2])
 {
@@ -255,8 +256,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds the normalised integral over a path to a pole, times `part`, to b. The sign belongs to the
- * sheet on which F = i l. At the pole tan^2(x/2) = `most`. The path begins at root `from`. */
+/* Adds `part` times the normalised integral over a path that ends at a pole to b. The sign is that
+ * on the sheet on which F = i l. At the pole, tan^2(x/2) = `most`. The path begins at root
+ * `from`. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -266,8 +268,8 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     double shift[2];
     if (most == 0.0) return 1;
     if (!integrate_path(p, most, r)) return 0;
-    /* The integrals over the path contain w - root, but the periods contain w minus the real part
-     * of the root. */
+    /* The integrals over the path use w - root, but the periods use w minus the real part of the
+     * root. */
     r[1] = cx_add(r[1], cx_mul(cx_of(0.0, root_of(o, from).im), r[0]));
     const double c = 1.0 / (1.0 + most), s = most < INFINITY ? most * c : 1.0;
     const cx D = path_at(p, s, c, v),
@@ -317,9 +319,10 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds to b the integrals that end at the complex pole i y and at its conjugate. Both are equal.
- * The path to i y begins at the complex root and follows the circle through i y and the conjugate
- * root. If all roots are real, the path is the straight line from the root nearest to zero. */
+/* Adds to b the integrals that end at the complex pole i y and at its conjugate. The two integrals
+ * are equal. The path to i y begins at the complex root and follows the circle through i y and the
+ * conjugate root. If all roots are real, the path is the straight line from the root nearest to
+ * zero. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

@@ -1,4 +1,4 @@
-/* The set-up of a Kowalewski top's plan from the top's state in internal units.
+/* Set-up of the plan of a Kowalewski top from its state in internal units.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
@@ -25,9 +25,9 @@ typedef struct kowalewski_work {
     double rate_miss, separatrix; /* see find_heading and separatrix_error */
 } kowalewski_work;
 
-/* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
- * least root. This is true for all known motions, but not proved for all orders of the roots.
- * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
+/* Returns 1 if the initial w1 and w2 lie on the arcs: w1 on the arc that ends at k, w2 below the
+ * smallest root. This holds for all known motions, but has not been proved for all orders of the
+ * roots. validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -39,7 +39,7 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
 /* Returns the relative error of the distance between two branch points. Two roots of phi that are
- * close to each other have half of the digits. */
+ * close to each other are accurate to only half of the digits. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
@@ -60,8 +60,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. If the distance is
- * not computed as a difference, it is relative to the numbers that cancel in its formula. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. A distance that is
+ * not computed as a difference is taken relative to the numbers that cancel in its formula. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -106,7 +106,7 @@ static double coefficient(const theta_work *t, int sum, const sum_term *n, int w
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
 }
-/* Writes S and T at the start, and their time derivatives. */
+/* Writes the initial values of S and T, and of their time derivatives. */
 static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
 {
     const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
@@ -127,8 +127,8 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
     }
 }
 /* Returns the rate of the heading plus a multiple of half of each rate of the torus. The classes of
- * the sums do not determine these multiples. They are found from the rate of the larger of A = S +
- * T and B = S - T at the start, where, up to the contribution of D,
+ * the sums do not determine these multiples. The multiples are found from the initial rate of A = S
+ * + T or of B = S - T, whichever is larger. Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -157,9 +157,9 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
     return dd_add(w->rates.heading,
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
-/* Appends the rows of a sum. Terms at the ends of a row below 1e-18 of the largest term are left
- * out. Of a real sum, only half of the terms are stored, multiplied by two. Returns 0 if there is
- * no room. */
+/* Appends the rows of a sum. Terms at the ends of a row that are below 1e-18 of the largest term
+ * are omitted. For a real sum, only half of the terms are stored, multiplied by two. Returns 0 if
+ * there is no room. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -259,8 +259,8 @@ static int append_dual_rows(kr_theta_sums *plan, const theta_work *t, const dual
     }
     return 1;
 }
-/* Writes S and T at the start, and their time derivatives, for dual sums. The common real part of
- * slope/sum is omitted. */
+/* Writes the initial values of S and T, and of their time derivatives, for dual sums. The common
+ * real part of slope/sum is omitted. */
 static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx sum[2], cx slope[2])
 {
     const dual_work *d = &w->dual;
@@ -284,8 +284,8 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
         slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
     }
 }
-/* Computes and stores all dual sums for one beta. The constants of S and T for this beta are known.
- * Returns 0 if there is no room. */
+/* Computes and stores all dual sums for one value of beta. The constants of S and T for this value
+ * must be known. Returns 0 if there is no room. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -310,7 +310,7 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     return 1;
 }
 /* Returns the error of the sums: the largest of the ratio of the last singular values, the misfit
- * of the angular velocity, the asymmetry of B, and the error of the heading's rate. */
+ * of the angular velocity, the asymmetry of B, and the error of the rate of the heading. */
 static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
@@ -328,7 +328,7 @@ static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr
     *heading = find_heading(w, state, sum, slope);
     return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
 }
-/* Computes the dual sums, and the rate of the heading. Returns 0 if there are none. */
+/* Computes the dual sums, and the rate of the heading. Returns 0 if the top has no dual sums. */
 static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
 {
     theta_work *t = &w->theta;
@@ -356,8 +356,8 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
 }
-/* Returns the named refusal of a degenerate motion, or `refusal` if the motion has no name. The
- * start may differ from such a motion by rounding errors. */
+/* Returns the specific reason why a degenerate motion is refused, or `refusal` if there is no
+ * specific reason. The initial state may differ from such a motion by rounding errors. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
@@ -385,7 +385,7 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
-    /* The formulas for the start divide by these distances. */
+    /* The formulas for the initial state divide by these distances. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     if (!is_on_arcs(o, top->state)) return unresolved;

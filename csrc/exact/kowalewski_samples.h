@@ -84,7 +84,7 @@ static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd 
 }
 static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
-/* Writes a, and the products a p and a q. */
+/* Writes the number a and the products a p and a q. */
 static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
                     dd *p, dd *q)
 {

@@ -103,7 +103,7 @@ INLINE const double *sum_dual_rows(const kr_sum_row *row, int rows, int is_compl
     *im = sum_im;
     return term;
 }
-/* Writes all dual sums, and adds the contribution of the other two phases to the phase of e. */
+/* Writes all dual sums, and adds the contribution of the first two phases to the phase of e. */
 INLINE void sum_dual(const kr_theta_sums *plan, const dd phase[2], dd *turn, wide re[], wide im[])
 {
     growth_lanes w;

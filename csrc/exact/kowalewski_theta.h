@@ -1,11 +1,11 @@
-/* The coefficients of a Kowalewski top's sums. With n = (k1, k2)/2, up to a constant factor for
- * each class of n, they are
+/* The coefficients of the sums of a Kowalewski top. With n = (k1, k2)/2, up to a constant factor
+ * for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
- * Each sum has terms of some classes only. These rules were found numerically and are not proved.
- * validation/studies/torus_accuracy.py tests them with 1e6 random tops. A plan whose sums do not
- * agree with states of the top is refused. The constants of S and T are the null vector of the
- * equations
+ * Each sum contains terms of only some of the classes. These rules were found numerically and have
+ * not been proved. validation/studies/torus_accuracy.py tests them with 1e6 random tops. A plan is
+ * refused if its sums do not agree with states of the top. The constants of S and T are the null
+ * vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R solve least-squares problems.
  *
@@ -22,18 +22,18 @@
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, by the order of their real roots, where e is a root of phi: -k e k, e -k k,
- * e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, classified by the order of the real roots. With e for a root of phi, they
+ * are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* One term without the constant of its class. The two values differ at most in sign. The signs of a
- * term differ between sums, and are stored for two of them. */
+/* A term without the constant of its class. The sign of a term depends on the sum, so the values
+ * for two sums are stored; they differ at most in sign. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
 } sum_term;
-/* All terms for one beta that are not negligible, in ascending order of k1 and then of k2. `wide`
- * has the largest |k1| and |k2|. */
+/* All terms for one value of beta that are not negligible, in ascending order of k1 and then of k2.
+ * `wide` holds the largest |k1| and |k2|. */
 typedef struct sum_terms {
     int count, wide[2];
     sum_term term[TERMS];
@@ -250,7 +250,7 @@ static void find_sizes(theta_work *w)
 }
 /* Computes the constants of S and T from the columns. The equations are then divided by D and
  * solved again, so that the errors of S and T are small relative to D everywhere. Returns the ratio
- * of the smallest singular value to the next larger one. */
+ * of the smallest singular value to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);
@@ -271,8 +271,8 @@ static double find_spinor(theta_work *w, const double beta[2], int thorough)
     fill_columns(w, spinor_sums, OTHER_SAMPLES);
     return solve_spinor_twice(w);
 }
-/* Writes beta for one of four values of b, which differ by rows of B/2. Multiples of the rows of B
- * are added, chosen so that the sums are smallest. */
+/* Writes beta for one of the four values of b, which differ by rows of B/2. Adds the multiples of
+ * the rows of B for which the sums are smallest. */
 static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
 {
     const double det = m->b11 * m->b22 - m->b12 * m->b12,
@@ -284,16 +284,16 @@ static void find_beta(const kowalewski_matrix *m, int i, double beta[2])
     beta[0] = 0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0];
     beta[1] = 0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1];
 }
-/* Computes the constants of S and T for one of four values of b. Returns the ratio that find_spinor
- * returns. */
+/* Computes the constants of S and T for one of the four values of b. Returns the result of
+ * find_spinor. */
 static double try_spinor_class(theta_work *w, int i, int thorough)
 {
     double beta[2];
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta, thorough);
 }
-/* Tries the four values of b until one satisfies the equations with a small error. If no value
- * satisfies them well, the best one is used. Returns 0 if no value satisfies the equations. */
+/* Tries the four values of b until one satisfies the equations with a small error. If there is no
+ * such value, uses the best one. Returns 0 if no value satisfies the equations at all. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;
@@ -308,7 +308,7 @@ static int find_spinor_class(theta_work *w)
     return 1;
 }
 /* Computes the constants of one sum, with index `which` in the pair `sum`, from its class sums.
- * Updates the largest misfit. */
+ * Also updates the largest misfit. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
     double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0, solution[LSQ_COLUMNS];
@@ -334,7 +334,8 @@ static void find_velocity(theta_work *w, const int sum[2], int which)
     lsq_solve(m, right, solution);
     for (int index = 0, at = 0; index < CLASSES; index++)
         constant[index] = has_class(w->kind, sum[which], index) ? solution[at++] : 0.0;
-    /* After the reflections, the elements below the columns are the residuals. */
+    /* After the reflections, the elements of the right-hand side beyond the columns are the
+     * residuals. */
     for (int i = m->columns; i < m->rows; i++) miss = fmax(miss, fabs(right[i]));
     w->misfit = fmax(w->misfit, miss / most);
 }

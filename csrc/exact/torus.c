@@ -1,6 +1,6 @@
-/* The public functions of the closed forms of Kowalewski and Goryachev-Chaplygin tops. Each calls
- * the code of the widest instruction set that this processor has. All instruction sets give bitwise
- * equal results. */
+/* The public functions of the closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
+ * Each function calls the code for the widest instruction set that the processor supports. All
+ * instruction sets give bitwise equal results. */
 #include <math.h>
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
@@ -68,7 +68,7 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
 }
-/* Returns the text of the refusal with this number, or NULL if there is none. */
+/* Returns the message for the refusal with this number, or NULL if there is no such refusal. */
 static const char *find_text(const char *const texts[], int count, int refusal)
 {
     return refusal >= 0 && refusal < count ? texts[refusal] : NULL;

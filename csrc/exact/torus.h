@@ -1,29 +1,30 @@
-/* The closed forms of tops whose motion is on a torus, on which two angles grow at constant rates:
- * Kowalewski tops and Goryachev-Chaplygin tops. A closed form is a plan in memory of a fixed size.
- * The plan begins with the head that kreisel.h declares, and ends with the coefficients of its
- * series. The memory behind the plan is used for its set-up only. */
+/* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
+ * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A solution is stored as a
+ * plan in memory of a fixed size. The plan begins with the members that kreisel.h declares, and
+ * ends with the coefficients of its series. The memory after the plan is used only for the
+ * set-up. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
 #include "math/isa.h"
 
-/* The members that both kinds of plan have. */
+/* The members common to both kinds of plans. */
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Halves of both angles, and for a Kowalewski top the phase of e. For other tops the third
-     * phase is zero. */
+    /* Half of each angle, and for a Kowalewski top the phase of e. For other tops, the third phase
+     * is zero. */
     kr_phase turn[3];
 } kr_torus;
 
 /* Functions that set up one plan and evaluate one state. If `own` is nonzero, the plan is in
- * working axes and internal units and begins at time 0. `bound` is as in kr_kowalewski_plan. */
+ * working axes and internal units, with initial time 0. `bound` is as in kr_kowalewski_plan. */
 typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
-    /* The state at two angles, like kr_kowalewski_state_at. */
+    /* Returns the state at two angles, like kr_kowalewski_state_at. */
     kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
 /* Evaluates many states, one in each lane. */
@@ -38,14 +39,14 @@ typedef struct kr_torus_form {
     kr_kind kind;                   /* of the body */
     double bound;                   /* the default bound of the certificate */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
-    /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
-     * kind. NULL if it applies to all starts. */
+    /* Returns 1 if the closed-form solution applies to the initial state of a checked scene with a
+     * body of this kind. NULL: it applies to all initial states. */
     int (*suits)(const kr_scene *scene);
-    /* Returns the size of the used part of a plan, in bytes. To copy a plan, it suffices to copy
-     * this part. */
+    /* Returns the size of the used part of a plan, in bytes. Copying this part suffices to copy the
+     * plan. */
     size_t (*used_size)(const void *plan);
-    /* The instruction sets that were compiled in, the widest first. The table ends with a NULL
-     * name. */
+    /* The instruction sets that are included in the build, with the widest first. The table ends
+     * with a NULL name. */
     kr_torus_isa isas[4];
 } kr_torus_form;
 extern const kr_torus_form kr_kowalewski_form, kr_chaplygin_form;
@@ -57,8 +58,8 @@ kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
 kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
-/* Returns the widest instruction set in the closed form's table that this processor supports. Every
- * processor supports the last instruction set of the table. */
+/* Returns the widest instruction set in the table of `form` that the processor supports. The last
+ * instruction set in the table is supported by every processor. */
 static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
 {
     const kr_torus_isa *isa = form->isas;
@@ -76,6 +77,6 @@ static inline void kr_torus_states(const kr_torus_form *form, const void *plan, 
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
-/* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
+/* Returns 1 if the initial <m, e3> of a checked scene is zero up to the rounding errors of m. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

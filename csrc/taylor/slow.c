@@ -1,16 +1,16 @@
 /* Strong damping. If damping changes the angular velocity about an axis much faster than all other
- * effects, the torque about this axis determines the angular velocity. The motion has then reached
- * its slow manifold, on which
+ * effects do, the angular velocity about this axis is determined by the torque. The motion then
+ * stays on a slow manifold, on which
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * determines the Taylor coefficients of U about this axis by iteration, each from the next one.
- * The support turns with O and shakes with G (support.h). Without them, U is W and G is 1. The
- * rotor's torque h x W is as linear as damping is, and may exceed it. All other coefficients
- * follow from the recurrence of taylor.h. The radius of convergence is determined by the slow
- * motion and allows long steps. The recurrence alone would need steps as short as A / D. The
- * neglected part is of the order exp(-D t / A), where t is a typical time of the slow motion.
- * The error of this truncation is below the rounding errors (Fenichel 1979). Until the motion
- * reaches the manifold, it is integrated by the recurrence, with a tolerance relative to the
- * small W to which it decays. A top with dry friction has two such manifolds. While it slides,
+ * determines the Taylor coefficients of U about this axis by iteration, each from the next one. O
+ * is the angular velocity of the support, and G the effective gravity on a shaken support
+ * (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear like
+ * damping, and may exceed it. All other coefficients follow from the recurrence of taylor.h. The
+ * slow motion determines the radius of convergence, which permits long steps. The recurrence alone
+ * would need steps as short as A / D. The neglected contribution is of order exp(-D t / A), where t
+ * is a typical time of the slow motion, and is below the rounding errors (Fenichel 1979). Until the
+ * motion reaches the manifold, the recurrence is used, with a tolerance relative to the small W to
+ * which the motion decays. A top with dry friction has two such manifolds. While it slides,
  * friction is a constant torque. While friction holds it, slow_held.h replaces the axes. */
 #include <string.h>
 #include "math/dd.h"
@@ -20,15 +20,15 @@
 #include "slow_held.h"
 #include "support_motion.h"
 
-/* Returns the derivative of the angular velocity of the support about an axis of the body. */
+/* Returns the derivative of the angular velocity of the support about a body axis. */
 static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the torque on a slow axis by the rotor, from the angular velocities about other axes that
- * are not slow, and from that of the support about slow axes. */
+/* Returns the rotor torque about a slow axis. It depends on the angular velocities about the axes
+ * that are not slow, and on the angular velocity of the support about the slow axes. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -37,9 +37,9 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns the size of the angular velocity about a slow axis relative to the support, as determined
- * by the torques about the slow axes. The product of the velocities about two slow axes is left out
- * on a support that does not turn, because it is smaller than both. */
+/* Returns the magnitude of the angular velocity about a slow axis relative to the support, as
+ * determined by the torques about the slow axes. Unless the support rotates, the product of the
+ * angular velocities about two slow axes is omitted, because it is smaller than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -59,7 +59,7 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the least size of an angular velocity that is determined by its torque and is not
+/* Returns the smallest magnitude of an angular velocity that is determined by its torque and is not
  * negligible. Without a torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
@@ -107,8 +107,8 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #include "slow_terms.h"
 #include "slow_held_terms.h"
 
-/* Returns an upper bound of the rates of the support, and of those that the energy allows without
- * damping. */
+/* Returns an upper bound of the rates of the support, and of the rates that the energy permits
+ * without damping. */
 static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
 {
     const kr_vec3 A = motion->inertia;
@@ -157,7 +157,7 @@ static void invert(const double ahead[3], const double behind[3], const int is_s
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
-/* Sets how the rotor couples the slow axes. */
+/* Sets the response of the slow axes to torques, including their coupling by the rotor. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
     double D[3], h[3], ahead[3], behind[3];
@@ -182,7 +182,7 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
         if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
     return fmax(direct, carried / weakest * carried) / least;
 }
-/* Marks as slow all axes whose rate of damping is not below the rate of axis `least`. Returns 1 if
+/* Marks all axes as slow for which the damping rate is at least that of axis `least`. Returns 1 if
  * damping is strong about all these axes. `undamped` and `pull` bound the other rates and the
  * torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
@@ -228,8 +228,8 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     kr_taylor_set_constants(p->series, motion, rate);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
-/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST. The
- * powers of the step that follows from this value do not overflow. */
+/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST.
+ * With this value, the powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -237,21 +237,21 @@ static double log2_size(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the longest step at whose end neither term n nor term n - 1 exceeds the
- * tolerance. */
+/* Returns log2 of the largest step size for which neither the n-th nor the (n - 1)-th term exceeds
+ * the tolerance. */
 static double log2_step(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
 }
-/* Returns log2 of a tolerance relative to the least angular velocity that is determined by its
- * torque. The tolerance of the motion itself is relative to the largest number. */
+/* Returns log2 of a tolerance relative to the smallest angular velocity that is determined by its
+ * torque. The tolerance of the motion itself is relative to the largest value. */
 static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
     return p->log2_tol + log2(least_size(p->series, slow));
 }
 
-/* Chooses the end of the step by the tolerance. In double-double the terms after the head are
- * rounded to doubles, so they must be small at the end of the step. */
+/* Chooses the end of the step according to the tolerance. In double-double, the terms after the
+ * head are rounded to doubles, so they must be small at the end of the step. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {
@@ -273,8 +273,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     }
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
-/* Returns 1 if the motion is near enough to the slow manifold for an expansion to be worthwhile. A
- * difference of angular velocities below `noise` counts as zero. */
+/* Returns 1 if the motion is close enough to the slow manifold for an expansion to be worthwhile. A
+ * difference of angular velocities below `noise` is treated as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -353,8 +353,8 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 0 if the series has no slow manifold, or if the support moves and the angular velocity
- * alone exceeds the rates of strong damping. Most steps on moving supports end here. */
+/* Returns 0 if there is no slow manifold, or if the support moves and the angular velocity alone
+ * exceeds the rates of strong damping. On moving supports, this is the most frequent result. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -434,8 +434,8 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
  * largest one, it changes the rate of growth by less than 1 - CERTAIN. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
-/* The size y of the angular velocity U relative to the support, with y^2 = <U, A U>, grows by at
- * least `growth` y - `loss` backward in time. */
+/* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
+ * Backward in time, y grows at least at the rate `growth` y - `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

@@ -1,6 +1,6 @@
 /* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. `number` is the type of a coefficient. of,
- * high, low, add, minus, mul and over are the operations of this type. NAME forms the names of
+ * included once for doubles and once for double-doubles. `number` is the type of a coefficient. The
+ * operations of this type are of, high, low, add, minus, mul and over. NAME forms the names of
  * types and functions. */
 
 typedef struct NAME(terms) {
@@ -18,7 +18,7 @@ static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
     for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
     return sum;
 }
-/* Sets coefficient n of G P. */
+/* Sets the n-th coefficient of G P. */
 static void NAME(pull)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = NAME(product)(s, ROW_G, ROW_P + i, n);
@@ -35,8 +35,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Sets U_n of the slow axes to the values that their torques determine. `follows` are the torques
- * over the damping, with the rotor's torque for the present W_n. */
+/* Sets U_n about the slow axes to the values determined by the torques. `follows` holds the torques
+ * divided by the damping, with the rotor torque for the current W_n. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
@@ -49,7 +49,7 @@ static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const numb
             s->c[u + i / 3][n] =
                 add(s->c[u + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
-/* Sets coefficient n + 1 of a vector that is fixed in space, in the body frame. */
+/* Sets the (n + 1)-th body-frame coefficient of a vector that is fixed in space. */
 static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -59,7 +59,7 @@ static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
         s->c[row + i][n + 1] = over(rate, of(n + 1, 0.0));
     }
 }
-/* Sets coefficient n + 1 of the attitude. */
+/* Sets the (n + 1)-th coefficient of the attitude. */
 static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
 {
     number rate = of(0.0, 0.0);
@@ -73,8 +73,8 @@ static void NAME(turn_attitude)(NAME(terms) * s, int u, int n)
     }
     s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
-/* Recomputes the coefficients U_n of the slow axes from their equations, and W_n on a support that
- * turns. Returns the largest change. */
+/* Recomputes the coefficients U_n about the slow axes from their equations, and also W_n on a
+ * rotating support. Returns the largest change. */
 static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
 {
     const int u = U_OF(slow);
@@ -100,8 +100,8 @@ static double NAME(follow)(NAME(terms) * s, const slow_axes *slow, int n)
     }
     return moved;
 }
-/* Makes one iteration: recomputes the coefficients U_n of the slow axes, and all coefficients that
- * depend on them. Returns the largest change of a U_n with n <= order / 2. */
+/* Performs one iteration: recomputes the coefficients U_n about the slow axes, and all coefficients
+ * that depend on U_n. Returns the largest change of a U_n with n <= order / 2. */
 static double NAME(improve)(NAME(terms) * s, const slow_axes *slow, int order)
 {
     const int u = U_OF(slow);
@@ -125,7 +125,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Sets the coefficients of G: the constant part, and a cosine. */
+/* Sets the coefficients of G, which is the sum of a constant and a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
     number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);
@@ -138,8 +138,8 @@ static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
     }
     g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
 }
-/* Reads the constants of a series. The values of the series at the end of the step become
- * coefficients 0. Sets all other coefficients to zero, except those of G. */
+/* Copies the constants of a series. The values of the series at the end of the step become the
+ * zeroth coefficients. Sets all other coefficients to zero, except those of G. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -194,7 +194,7 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
     }
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with the angular velocity on the
- * slow manifold. About each slow axis, the difference is at most `near` times the larger of
+ * slow manifold. About each slow axis, the difference must be at most `near` times the larger of
  * slow_size and least_size. Otherwise writes the time in which damping makes it as small. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
@@ -213,8 +213,8 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     return last == 0.0;
 }
 /* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
- * times the size of W. Returns 0 if the iteration does not converge, or if the series does not end
- * on the manifold. Then writes a time after which this may change. */
+ * times the magnitude of W. Returns 0 if the iteration does not converge, or if the series does not
+ * end on the manifold. Then writes a time after which this may change. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {
