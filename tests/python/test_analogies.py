@@ -92,7 +92,7 @@ def nutation_by_quadrature(scene, n=400):
     """Return the extreme heights of the apex, the period and the precession, by quadrature.
 
     The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v and c are
-    the vertical and the axial momentum, and h is the energy without the spin's energy.
+    the vertical and the axial momentum, and h is the energy excluding that of the spin.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])

@@ -31,7 +31,7 @@ def energy(scene):
 
 
 def slope(function, scene, change):
-    """Return the derivative of a function of a scene, with fourth-order central differences."""
+    """Differentiate a function with respect to a parameter of a scene by central differences."""
 
     def at(factor):
         h = STEP * factor

@@ -1,4 +1,4 @@
-"""The page on embedding: its files and commands must work without any other source."""
+"""The files and commands on the page about embedding work without any other source files."""
 
 import re
 

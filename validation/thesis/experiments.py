@@ -203,7 +203,7 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return, by tolerance, the time at which Extrap's frame error first exceeds Bobenko-Suris'.
+    """Return for each tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
 
     Each row is (tolerance, time or None, final error of Extrap).
     """

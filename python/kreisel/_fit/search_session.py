@@ -246,7 +246,7 @@ class SearchSession:
         self._search_from_point(own, 0.0)
 
     def _fit_guess(self, guess: Guess) -> Point:
-        """Return the point of a guess, improved by a search in its allowed directions."""
+        """Refine an initial guess along its allowed directions, and return the resulting point."""
         if guess.allowed is None:
             return guess.point
         return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)

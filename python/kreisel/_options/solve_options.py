@@ -214,7 +214,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
 
 
 def parse_step(method: Method, step: object) -> float | None:
-    """Return the step, or None if the method chooses its steps or has none.
+    """Return the step size, or None if the method is adaptive or takes no steps.
 
     Raises ValueError if `step` is None but the method has a fixed step.
     """

@@ -209,8 +209,8 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The estimate is the magnitude of the largest final term in the Taylor series of the
-        tangents. The steps are chosen for the accuracy of the path, not for that of the tangents.
+        The estimate is the largest magnitude of the last Taylor terms of the tangents. The steps
+        are chosen for the accuracy of the path, not for that of the tangents.
 
         For a kreisel.ExactTorus, the estimate is the largest difference between the tangents of
         orders 6 and 8. This difference is relative to the magnitude of the tangent or, if the
