@@ -138,7 +138,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
-    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? copysign(least, apart) : apart;
+    return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
 }
 /* Returns the factors Ay - Az and cyclic of the products of two angular velocities. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)

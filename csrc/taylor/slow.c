@@ -302,7 +302,7 @@ static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const s
                        double near, double *wait)
 {
     const double friction = KR_HAS_SUPPORTS ? kr_support_friction(motion, p->rate) : 0.0;
-    return motion->digits > 16
+    return kr_taylor_is_deep(motion)
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
@@ -330,7 +330,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     const int order = kernel->order,
               is_found = KR_HAS_SUPPORTS && slow->held
                              ? expand_held(p, motion, order, slow, near, &wait)
-                         : motion->digits > 16
+                         : kr_taylor_is_deep(motion)
                              ? deep_expand(p->series, slow, order, near, 0x1p-96, &wait)
                              : plain_expand(p->series, slow, order, near, 0x1p-48, &wait);
     if (is_found) {

@@ -41,6 +41,7 @@ enum {
 /* After this part of the time in which damping takes the motion to the slow manifold, it is
  * compared with the manifold again. */
 #define PATIENCE 0.5
+#define LOG_OF_2 0.6931471805599453
 
 /* The slow axes, which are the axes about which damping is strong, and rates in the units of the
  * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest

@@ -1,11 +1,6 @@
 /* Taylor coefficients of a strongly damped top that friction holds (slow_held.h). Like
  * slow_terms.h, which precedes it, this source is included for doubles and for double-doubles. */
 
-/* The constants of held_directions in the unit of time of the series. */
-typedef struct NAME(directions) {
-    number v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
-} NAME(directions);
-
 static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
     for (int i = 0; i < n; i++) to[i] = of(scale * from[i].hi, scale * from[i].lo);
@@ -133,7 +128,7 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
                      size = fmax(near * held_size(series, slow, i), least),
                      allowed = fmax(size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
-            last = fmax(last, log(off / allowed) / high(held->drag[i][i]));
+            last = fmax(last, LOG_OF_2 * log2(off / allowed) / high(held->drag[i][i]));
     }
     if (last > 0.0) *wait = last;
     return last == 0.0;

@@ -8,6 +8,10 @@ typedef struct NAME(terms) {
     number k[3], up[3], down[3], drag[3], rub[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
+/* The constants of held_directions in the unit of time of the series. */
+typedef struct NAME(directions) {
+    number v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
+} NAME(directions);
 
 /* Returns a row. Without supports there are fewer rows, and no calls for the others. */
 static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
@@ -207,7 +211,7 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
                      size = fmax(slow_size(series, slow, i), least),
                      allowed = fmax(near * size, TINY_VELOCITY);
         if (slow->is_slow[i] && !(off <= allowed))
-            last = fmax(last, log(off / allowed) / fabs(series->drag[1 + i]));
+            last = fmax(last, LOG_OF_2 * log2(off / allowed) / fabs(series->drag[1 + i]));
     }
     if (last > 0.0) *wait = last;
     return last == 0.0;

@@ -170,7 +170,7 @@ void kr_support_phase(const kr_motion *motion, double rate, double end, double l
 {
     const kr_scene *scene = motion->scene;
     const double unit = motion->time_unit / rate;
-    if (motion->digits <= 16) {
+    if (!kr_taylor_is_deep(motion)) {
         find_phase(scene, unit * end, cosine, sine);
         return;
     }
@@ -198,7 +198,7 @@ static quat_dd attitude_at_end(const kr_series s[2])
 static void set_turn(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 own = v_scale(motion->time_unit / rate, motion->scene->turning);
-    if (motion->digits <= 16) {
+    if (!kr_taylor_is_deep(motion)) {
         const kr_quat at_end = q4(s->end_x[0], v_of(s->end_x + 1));
         v_put(s->turn + 1, q_turn_back(q_unit(at_end), own));
         return;
@@ -265,7 +265,7 @@ static double negligible_spin(const kr_motion *motion)
     const kr_taylor *p = taylor_of(motion);
     const kr_vec3 W = v_scale(p->rate, v_of(p->series->end_w + 1));
     const double part = fmin(1.0, 2.0 * kr_support_rate(motion, W, 0) / p->rate);
-    return part * (motion->digits > 16 ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN);
+    return part * (kr_taylor_is_deep(motion) ? NEGLIGIBLE_SPIN_DEEP : NEGLIGIBLE_SPIN);
 }
 void kr_support_start(const kr_motion *motion)
 {
@@ -403,7 +403,7 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                  double unit)
 {
     kr_series *s = p->series;
-    const int n = kernel->order, slides = s->slides != 0.0, deep = motion->digits > 16;
+    const int n = kernel->order, slides = s->slides != 0.0, deep = kr_taylor_is_deep(motion);
     const double noise = unit * NEGLIGIBLE_SPIN, most = 1.0 + NEGLIGIBLE_SPIN;
     const double first = slides ? find_limit(s, n, p->sliding, noise) : find_limit(s, n, 1.0, most),
                  second = slides ? INFINITY : find_limit(s, n, -1.0, most);

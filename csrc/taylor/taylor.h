@@ -125,6 +125,16 @@ KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
+/* Returns 1 if a motion has more than 16 digits, which a build may omit. */
+static inline int kr_taylor_is_deep(const kr_motion *motion)
+{
+#ifdef KR_NO_DIGITS
+    (void)motion;
+    return 0;
+#else
+    return motion->digits > 16;
+#endif
+}
 /* An instruction set that is included in the build. `plain` has KR_ORDERS kernels with the heading,
  * and `headless` has the same number without. `deep` has KR_DEPTHS kernels, for 20 and 30 digits.
  * `product` is used in kr_step_polynomial. */

@@ -166,7 +166,7 @@ def make_writers(folder):
         "table": ("table.csv", [path.to_csv for path in paths]),
         "scene": ("top.toml", [top.to_toml, other.to_toml]),
         "page": ("page.html", [view.save for view in views]),
-        "part": (parts.file(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
+        "part": (parts.part_file(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
     }
 
 

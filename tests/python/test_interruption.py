@@ -160,7 +160,7 @@ def test_a_refused_call_does_not_change_the_time():
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
     """Check that the path is kept if Ctrl-C arrives between two calls of the core."""
-    record, done = kr.start(TOP)._record.__func__, []
+    record, done = kr.start(TOP)._record_path.__func__, []
 
     def record_or_stop(self, times, progress):
         if len(done) == pieces:
@@ -168,7 +168,7 @@ def test_ctrl_c_between_two_chunks_keeps_the_path(monkeypatch, pieces):
         done.append(len(times))
         return record(self, times, progress)
 
-    monkeypatch.setattr(kr.Run, "_record", record_or_stop)
+    monkeypatch.setattr(kr.Run, "_record_path", record_or_stop)
     times = np.linspace(0, 10, 100_000)
     with pytest.raises(kr.Interrupted) as stopped:
         kr.solve(TOP, times, want=("energy",))

@@ -1,7 +1,6 @@
-"""Names of methods and quantities, for use by type checkers.
+"""Names of methods and quantities for type checkers.
 
-This file is generated from the core's tables by `.ci/names >
-python/kreisel/_utils/quantity_attributes.py`.
+Generated from the core's tables by `.ci/names > python/kreisel/_utils/quantity_attributes.py`.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ QuantityName = Literal[
 
 
 class QuantityAttributes:
-    """The quantities of a path other than t, q and m, generated from the core's table."""
+    """The quantities of a path besides t, q and m, generated from the core's table."""
 
     if TYPE_CHECKING:
 
