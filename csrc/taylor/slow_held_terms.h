@@ -5,17 +5,15 @@ static void NAME(read_words)(number *to, const dd *from, int n, double scale)
 {
     for (int i = 0; i < n; i++) to[i] = of(scale * from[i].hi, scale * from[i].lo);
 }
-static NAME(directions) NAME(read_directions)(const held_directions *held, double rate)
+static void NAME(read_directions)(const held_directions *held, double rate, NAME(directions) * to)
 {
-    NAME(directions) to;
-    NAME(read_words)(to.moment, held->moment, 3, 1.0);
-    NAME(read_words)(to.load, held->load, 2, 1.0 / rate);
+    NAME(read_words)(to->moment, held->moment, 3, 1.0);
+    NAME(read_words)(to->load, held->load, 2, 1.0 / rate);
     for (int i = 0; i < 2; i++) {
-        NAME(read_words)(to.v[i], held->v[i], 3, 1.0);
-        NAME(read_words)(to.weight[i], held->weight[i], 3, 1.0);
-        NAME(read_words)(to.drag[i], held->drag[i], 2, 1.0 / rate);
+        NAME(read_words)(to->v[i], held->v[i], 3, 1.0);
+        NAME(read_words)(to->weight[i], held->weight[i], 3, 1.0);
+        NAME(read_words)(to->drag[i], held->drag[i], 2, 1.0 / rate);
     }
-    return to;
 }
 /* Sets U_n and W_n from the u_i. */
 static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
@@ -137,7 +135,8 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {
-    const NAME(directions) held = NAME(read_directions)(slow->held, rate);
+    NAME(directions) held;
+    NAME(read_directions)(slow->held, rate, &held);
     const double least = least_held_size(series, slow);
     const double size = ROUNDED * held_velocity_size(series, slow);
     NAME(terms) s;

@@ -120,7 +120,7 @@ def test_no_two_files_define_the_same_name(script):
         for item in script.split_items(text):
             is_declaration = re.fullmatch(r"(typedef )?struct [^{]*;\n", item)
             if script.is_static(item) or (script.is_type(item) and not is_declaration):
-                for name in script.names_of(item):
+                for name in script.names_of(item) - {"NAME"}:  # a macro that forms names
                     owners[name].add(file.relative_to(CSRC).as_posix())
     assert {"time_since_start", "dd", "KR_TAYLOR_MAX"} <= owners.keys()
     assert {name: found for name, found in owners.items() if len(found) > 1} == {}
