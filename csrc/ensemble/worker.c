@@ -1,7 +1,6 @@
 /* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. A top is processed in a lane, in a batch of closed-form solutions, or in
- * a scalar run, which advances a single kr_top. The results for a top do not depend on other
- * tops. */
+ * and writes the outcomes. Each top is integrated in a lane, in a batch of closed-form solutions,
+ * or alone as a kr_top (a scalar run). The results for a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"
@@ -24,8 +23,7 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns the address at which the growth of a top at its k-th time is stored, or NULL if growth is
- * not requested. */
+/* Returns a pointer to the growth of a top at its k-th time, or NULL if growth is not requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -71,7 +69,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Computes and stores the states of a top that has been started, 64 states at a time. */
+/* Computes and stores the states of a top at its requested times. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators)
 {
@@ -150,8 +148,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, choose_top(worker, scene), i);
 }
-/* Dispatches the n tops that begin at index `from`: first those that have a closed-form solution,
- * then all others. */
+/* Dispatches n tops, starting at index `from`. Tops with closed-form solutions come first. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
