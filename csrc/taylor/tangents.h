@@ -1,14 +1,15 @@
-/* Taylor series of the tangents of a heavy top. Private to taylor/. A tangent is an infinitesimal perturbation of the state, or the derivative of the state
- * with respect to a parameter. It consists of two vectors in the body frame: a rotation vector
- * theta, which changes the attitude q by q theta / 2, and the change N of the angular momentum m:
+/* Taylor series of the tangents of a heavy top. Private to taylor/. A tangent is an infinitesimal
+ * perturbation of the state, or the derivative of the state with respect to a parameter. It consists
+ * of two vectors in the body frame: a rotation vector theta, which changes the attitude q by
+ * q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter of the tangent. B and F are symmetric matrices. Moving supports contribute
- * further terms (support_deviation.h). The equations are linear in theta and N, and cost 18 products
- * of Taylor coefficients per order. The corresponding changes in energy and vertical momentum are
- * conserved up to the tolerance. */
+ * further terms (support_deviation.h). The equations are linear in theta and N, and cost 18
+ * products of Taylor coefficients per order. The corresponding changes in energy and vertical
+ * momentum are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
