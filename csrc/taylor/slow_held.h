@@ -1,7 +1,7 @@
-/* Strong damping of a top that is held by friction. Private to slow.c. The angular velocity relative
- * to the support is perpendicular to the apex a, and is a sum v_0 u_0 + v_1 u_1. The directions v_i
- * are orthonormal with respect to the moments of inertia A, and orthogonal with respect to the
- * damping D. In the notation of slow.c, the velocities u_i satisfy
+/* Strong damping of a top that is held by friction. Private to slow.c. The angular velocity of the
+ * top relative to the support is perpendicular to the apex a, and is a sum v_0 u_0 + v_1 u_1. The
+ * directions v_i are orthonormal with respect to the moments of inertia A, and orthogonal with
+ * respect to the damping D. In the notation of slow.c, the velocities u_i satisfy
  *     u_i' = <A v_i, X - O x U> - d_i u_i,   A X = (AW + h) x W + G P x c,   d_i = <v_i, D v_i>
  * The friction torque is along the apex and does not affect these equations. It follows from
  *     torque = <a, A (W' - X) + D U>

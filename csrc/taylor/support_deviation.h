@@ -1,20 +1,20 @@
-/* The recurrence of tangents.h for tops with dry friction, or on a support that rotates or shakes
- * (support.h). It includes derivatives with respect to the motion of the support and the friction:
+/* Variational equations of tops with dry friction, or on a support that rotates or shakes
+ * (support.h), with derivatives with respect to the motion of the support and to the friction:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W - E
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
- * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g
- * follows from the condition that the derivative of the spin <U, a> vanishes. This source is
- * included once for doubles and once for double-doubles, like slow_terms.h. */
+ * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g follows
+ * from the condition that the spin <U, a> of the perturbed motion also remains zero. This source is
+ * included once for doubles and once for double-doubles. */
 
-/* The coefficients of three-component series. */
+/* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path, expanded about the beginning of a part of a step. `body` is the angular velocity of the
- * support in the body frame. `relative` is U, `momentum` is AW + h, `dragged` is D U, and `pulled`
- * is G P. `torque` is the friction torque, and `ease` is <a / A, a>. */
+/* The path, expanded about the beginning of a substep. In the notation of support.h, `body` is O,
+ * `relative` is U, `momentum` is AW + h, `dragged` is D U, and `pulled` is G P. `torque` is the
+ * friction torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -23,14 +23,14 @@ typedef struct LOCAL(moving_path) {
     number q[4];
     int rubs, holds;
 } LOCAL(moving_path);
-/* A deviation: the series of theta, N, c x theta and theta x a + d, and the inhomogeneous terms of
- * theta' and N'. */
+/* Taylor series of one tangent: theta, N, c x theta and theta x a + d. `turn_by` and `push_by` are
+ * the inhomogeneous terms of theta' and N'. */
 typedef struct LOCAL(moving_deviation) {
     LOCAL(series) turn, push, cross, leaned, turn_by, push_by;
     number apex[3];
 } LOCAL(moving_deviation);
 
-/* Returns component i of the n-th coefficient of the cross product of two series. */
+/* Returns component i of the n-th coefficient of a cross product. */
 static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int i, int n)
 {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -41,8 +41,7 @@ static number LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int
     }
     return sum;
 }
-/* Returns component i of q* e q, where e is the unit vector along the space axis with index
- * `axis`. */
+/* Returns component i, in the body frame, of the space-fixed unit vector with index `axis`. */
 static number LOCAL(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
@@ -54,13 +53,13 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
-/* Appends a coefficient to the body-frame series of a vector that is fixed in space. */
+/* Computes the next coefficient, in the body frame, of a vector that is fixed in space. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
     for (int i = 0; i < 3; i++) a->c[i][n + 1] = mul(share, LOCAL(cross)(a, relative, i, n));
 }
-/* Sets the n-th coefficients of W, U and the momentum, with h in the units of the series. */
+/* Computes the n-th coefficients of the angular velocities and of the angular momentum. */
 static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2], int n,
                                 const number h[3])
 {
@@ -74,7 +73,7 @@ static void LOCAL(set_velocity)(LOCAL(moving_path) * p, const kr_series path[2],
         p->vertical.c[i][n] = of(path[0].x[n][5 + i], WORD(path[1].x[n][5 + i]));
     }
 }
-/* Sets the n-th coefficient of G P. */
+/* Computes the n-th coefficient of the effective gravity vector G P. */
 static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number sway, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -84,7 +83,7 @@ static void LOCAL(pull_vertical)(LOCAL(moving_path) * p, number base, number swa
     }
 }
 /* Sets the friction torque, which is constant while the top slides. While friction holds the top,
- * the torque is lane 0 of W. */
+ * the torque is lane 0 of W (see support.h). */
 static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2],
                                  const support_data *data, int order)
 {
@@ -101,7 +100,7 @@ static void LOCAL(read_friction)(LOCAL(moving_path) * p, const kr_series path[2]
             p->holds ? mul(friction, of(path[0].w[n][0], WORD(path[1].w[n][0]))) : of(0.0, 0.0);
     if (!p->holds) p->torque[0] = of(-data->sliding * data->friction, 0.0);
 }
-/* Expands the motion of the support along the path. */
+/* Computes the Taylor series of the path and of the support motion. */
 static void LOCAL(read_path)(LOCAL(moving_path) * p, const kr_series path[2],
                              const support_data *data, int order)
 {
@@ -158,7 +157,7 @@ static void LOCAL(add_pull)(const LOCAL(moving_path) * p, LOCAL(moving_deviation
         d->push_by.c[i][n] = add(d->push_by.c[i][n], minus(mul(sum[j], b[m]), mul(sum[m], b[j])));
     }
 }
-/* Sets the inhomogeneous terms of the equations of a deviation. */
+/* Computes the inhomogeneous terms of the variational equations. */
 static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                              const support_drive *drive, int order)
 {
@@ -188,8 +187,8 @@ static void LOCAL(set_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviatio
         LOCAL(turn_series)(&turned, &p->relative, n);
     }
 }
-/* Sets the derivative of the apex, and adds the derivative of the friction torque of a sliding
- * top. */
+/* Adds the derivatives of the apex and of the sliding friction torque with respect to a
+ * parameter. */
 static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                       const support_drive *drive)
 {
@@ -198,7 +197,7 @@ static void LOCAL(set_friction_drive)(const LOCAL(moving_path) * p, LOCAL(moving
         d->push_by.c[i][0] = add(d->push_by.c[i][0], mul(of(drive->torque, 0.0), p->apex[i]));
     }
 }
-/* Returns component i of the n-th coefficient of theta'. */
+/* Returns component i of the n-th coefficient of the derivative of theta. */
 static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
                                int i, int n)
 {
@@ -206,7 +205,7 @@ static number LOCAL(turn_rate)(const LOCAL(moving_path) * p, const LOCAL(moving_
     return add(add(over(own, p->A[i]), d->turn_by.c[i][n]),
                LOCAL(cross)(&d->turn, &p->velocity, i, n));
 }
-/* Returns the n-th coefficient of the derivative of the spin <U, a>. */
+/* Returns the n-th coefficient of the perturbation of the spin <U, a>. */
 static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(moving_deviation) * d,
                                  int n)
 {
@@ -218,7 +217,7 @@ static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(movin
     }
     return sum;
 }
-/* Adds the friction terms to the (n + 1)-th coefficient of N. */
+/* Adds the effect of friction to the (n + 1)-th coefficient of N. */
 static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -236,7 +235,7 @@ static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_devia
     for (int i = 0; i < 3; i++)
         d->push.c[i][n + 1] = minus(d->push.c[i][n + 1], mul(lost, p->apex[i]));
 }
-/* Sets the (n + 1)-th coefficients of a deviation. */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. */
 static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -257,7 +256,7 @@ static void LOCAL(next_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_dev
     }
     if (p->rubs) LOCAL(add_friction)(p, d, n);
 }
-/* Sets the zeroth coefficients of a deviation, and the inhomogeneous terms. */
+/* Initializes the Taylor series of a tangent and its inhomogeneous terms. */
 static void LOCAL(begin_deviation)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d,
                                    const support_drive *drive, const kr_tangent *g,
                                    const double *high, int order)
@@ -286,7 +285,7 @@ static void LOCAL(jump)(const LOCAL(moving_path) * p, const support_drive *drive
         SET(g, end[5 + i], rest);
     }
 }
-/* Computes all coefficients of a deviation from the zeroth coefficients. */
+/* Computes all Taylor coefficients of a tangent from those of order 0. */
 static void LOCAL(expand_deviation)(const LOCAL(moving_path) * p, const support_drive *drive,
                                     kr_tangent *g, int order)
 {

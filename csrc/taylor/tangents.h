@@ -1,7 +1,7 @@
 /* Taylor series of the tangents of a heavy top. Private to taylor/. A tangent is an infinitesimal
- * perturbation of the state, or the derivative of the state with respect to a parameter. It consists
- * of two vectors in the body frame: a rotation vector theta, which changes the attitude q by
- * q theta / 2, and the change N of the angular momentum m:
+ * perturbation of the state, or the derivative of the state with respect to a parameter. A tangent
+ * consists of two vectors in the body frame: a rotation vector theta, which changes the attitude q
+ * by q theta / 2, and the change N of the angular momentum m:
  *     theta' = 1/A ((AW + h) x theta + N - B W - y) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  *
