@@ -333,7 +333,8 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
+/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
+ * low bits of u contain this multiple as an integer. The polynomials are those of math/trig.h. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
     const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),

@@ -1,5 +1,5 @@
-/* Taylor series for tops with dry friction or on a support that rotates or shakes. The equations are
- * those of taylor.h with
+/* Taylor series for tops with dry friction or on a support that rotates or shakes. The equations
+ * are those of taylor.h with
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *

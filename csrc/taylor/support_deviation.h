@@ -4,9 +4,9 @@
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
- * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g follows
- * from the condition that the spin <U, a> of the perturbed motion also remains zero. This source is
- * included once for doubles and once for double-doubles. */
+ * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g
+ * follows from the condition that the spin <U, a> of the perturbed motion also remains zero. This
+ * source is included once for doubles and once for double-doubles. */
 
 /* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {

@@ -1,19 +1,19 @@
-/* Functions for the viewer, in addition to those of kreisel.h: the simulation, the picture of the
- * tops, and constants for the build of the viewer. This file is compiled only for WebAssembly. The
- * simulation is global, because a page has exactly one. */
+/* Functions that the viewer needs in addition to kreisel.h: the simulation, the meshes, and
+ * constants. This file is compiled only for WebAssembly. The simulation is a global variable,
+ * because each page has exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 
-/* Begins the definition of a function for the viewer. No header declares these functions, because
- * no C code calls them. The macro therefore also declares them, as compilers require. */
+/* Declares a function for the viewer, and begins its definition. No header declares these
+ * functions, because no C code calls them. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The viewer accesses these structures as arrays of doubles, with each member at a fixed index. The
- * macro is a compile-time assertion that the index is correct. */
+/* The viewer accesses these structs as arrays of doubles. The macro checks at compile time that a
+ * member has the expected index. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -151,8 +151,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns the address of a measure of top i in the first row. `side` selects the value (0), the
- * minimum (-1) or the maximum (1) since the previous row. */
+/* Returns a pointer to a measured value of top i in the first row of the record. `side` selects the
+ * value (0), its minimum (-1) or its maximum (1). */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];
