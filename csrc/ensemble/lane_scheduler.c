@@ -1,6 +1,6 @@
 /* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
- * has reached its last time, the lane is loaded with the next top. If a top fails in a lane, a
- * scalar run repeats the integration from the initial state and reports the error. */
+ * has reached its last time, its lane is loaded with the next top. If a top fails in a lane, the
+ * scalar code repeats the integration from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
@@ -133,7 +133,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
 /* Returns the difference `apart` of two moments of inertia, or a tiny nonzero number if the rotor
- * terms would be divided by zero. taylor.c does the same. */
+ * terms would be divided by zero. The function set_rotor in taylor.c does the same. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -375,7 +375,7 @@ static int store_sample(kr_worker *worker, int lane)
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
 }
-/* Samples the lanes in the bit set `lanes` at all requested times in their last steps. */
+/* Samples the lanes in the bit mask `lanes` at all requested times within their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;

@@ -138,8 +138,8 @@ INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
     add_heading(a, w, p);
     if (n > 0) a->quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
 }
-/* Adds the products of the latest coefficients, which are still in registers, with those of order
- * 0. The rotor terms are included. */
+/* Adds the products of the coefficients of orders 0 and n, including the rotor terms. The
+ * coefficients of order n are still in registers. */
 INLINE void add_newest(lane_sums *a, kr_lanes *l, int n, const lane_pair *newest, int headless)
 {
     const lane_vec w0 = lane_vec_load(l->w[0]), p0 = lane_vec_load(l->p[0]), wn = newest->w,
@@ -302,8 +302,9 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2, whose
- * low bits are also those of u. The polynomials are those of math/trig.h. */
+/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2, and u
+ * contains the number of quarter turns in its low bits. The polynomials are those of
+ * math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -333,8 +334,7 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
- * low bits of u contain this multiple as an integer. The polynomials are those of math/trig.h. */
+/* Returns an unnormalized quaternion for the smallest rotation that takes the vector p to d. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
     const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),

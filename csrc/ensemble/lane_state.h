@@ -6,12 +6,13 @@
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. A series of the quaternion q would need 21. Of the 12 products, 3 are in
- * AW x W, 6 in P x W, 1 in the quotient, and only 2 in (W, P), because (AW + h, P) is constant.
- * The torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h.
- * The constant d is the value of P at the beginning of a step. The expression for f' has a pole at
- * P = -d, and the distance from this pole limits the step size. Time is scaled so that |W| < 1.
- * Energy and angular momentum are conserved only up to the tolerance. */
+ * Taylor coefficients. A series of the quaternion q would need 21 products. The 12 products are 3
+ * for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). The inner product (W, P) needs
+ * only 2, because (AW + h, P) is constant. The torque of a rotor is included by modifying the
+ * coefficient W_0, as described in taylor.h. The constant d is the value of P at the beginning of a
+ * step. The expression for f' has a pole at P = -d, and the distance from this pole limits the step
+ * size. Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
+ * tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -40,8 +41,8 @@ typedef struct kr_lanes {
     /* Coefficients of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az and -hz / Az. */
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
-     * cyclically. `prev` and `next` hold the sums. Without a rotor, the terms are -0, because
-     * adding -0 leaves every number unchanged. */
+     * cyclically. The sums are stored in `prev` and `next`. Without a rotor, the terms are -0,
+     * because adding -0 leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */

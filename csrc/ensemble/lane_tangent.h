@@ -1,10 +1,10 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
  * shorten the steps, but do not otherwise change the computed path. This source is compiled once
  * for each instruction set. The variational equations are those of taylor/tangents.h without
- * damping and parameters. Two of their solutions are trivial: the flow (W | P x c) and the rotation
- * about the vertical (P | P x M), where M = AW + h is the angular momentum. Both are removed at the
- * end of each step, and the growth of the remainder is measured. Up to the tolerance, each tangent
- * conserves the quantities
+ * damping and parameters. Two solutions of these equations are trivial: the flow (W | P x c) and
+ * the rotation about the vertical (P | P x M). Here, M = AW + h is the angular momentum. The
+ * trivial solutions are removed at the end of each step, and the growth of the remainder is
+ * measured. Up to the tolerance, each tangent conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -177,8 +177,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum_at(g, at))}};
     return r;
 }
-/* Returns the component of `d` orthogonal to the two trivial solutions. If these are parallel up to
- * rounding errors, only the component along the flow is removed. */
+/* Returns the component of `d` orthogonal to the two trivial solutions. If the trivial solutions
+ * are parallel up to rounding errors, only the component along the flow is removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -246,7 +246,7 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* Running values of the growth of a tangent delta. `area` and `moment` are the time integrals of
+/* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
  * ln|delta| and of ln|delta| ln t. `most` and `last` are the largest and the latest value of
  * ln|delta|. `rest` is the square of the largest relative truncation error. */
 typedef struct {
@@ -270,9 +270,9 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the integrals over a substep of length h that begins at l->t. `d` is the tangent at the end
- * of the substep, without the trivial solutions. The Lobatto rule is used because the logarithm has
- * a sharp minimum where the tangent is small. */
+/* Adds the growth integrals over a substep of length h. `d` is the tangent at the end of the
+ * substep, without the trivial solutions. The Lobatto rule is used because the logarithm has a
+ * sharp minimum where the tangent is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -290,7 +290,7 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
     return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
-/* Returns the squared norm of the last retained Taylor term of a tangent after a time h. */
+/* Returns the squared norm of the last retained Taylor term of a tangent for a step of length h. */
 INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 {
     wide power = wide_splat(1.0);
@@ -400,8 +400,8 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
     return a;
 }
 /* Propagates the tangent over the last step, removes the trivial solutions, and scales the result
- * by a power of two. Returns the time reached by each lane, which is before the end of the step if
- * there would be too many substeps. */
+ * by a power of two. Returns the time reached by each lane: the end of the step, or earlier if the
+ * tangent needs too many substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};

@@ -1,6 +1,6 @@
-/* The worker, shared by the files of ensemble/. Tops are dispatched by worker.c, evaluated in
- * batches of closed-form solutions by exact_batch.c, and integrated in lanes by lane_scheduler.c.
- * Events are found by section.c, and states are reduced by reduce.c. */
+/* Declaration of the worker that the files of ensemble/ share. Tops are dispatched by worker.c,
+ * evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes by
+ * lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -84,8 +84,8 @@ void kr_scheduler_add(kr_worker *worker, size_t i);
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats its motion from the start by a scalar run, which reports
- * the error. */
+/* Removes a top from its lane and repeats its motion with the scalar code, which reports the
+ * error. */
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
 /* Writes the outcome of the top in a lane and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);

@@ -1,15 +1,15 @@
 /* Support for files that are compiled once for each instruction set. KR_NAME appends the name of
- * the instruction set to the names of the functions that such a file exports. For each additional
- * instruction set, CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also
- * defines KR_WITH_AVX2 and KR_WITH_AVX512 if these instruction sets are included in the build.
- * KR_BASE_NAME is the name of the baseline if the baseline is one of these instruction sets. */
+ * the instruction set to the names of exported functions. For each additional instruction set,
+ * CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also defines KR_WITH_AVX2
+ * and KR_WITH_AVX512 if these instruction sets are included in the build. KR_BASE_NAME is the name
+ * of the baseline if the baseline is one of these instruction sets. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects
- * these features by function attributes. Because clang defines no macros for these attributes,
- * kreisel.c defines KR_TARGET_AVX2 etc. */
+/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects x86
+ * features by function attributes. Because clang defines no macros for these attributes, kreisel.c
+ * defines KR_TARGET_AVX2 etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -71,8 +71,8 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
-/* Each function returns nonzero if the processor it runs on supports the instruction set. The
- * features are tested individually, because some compilers do not recognize level names such as
+/* Each function returns nonzero if the current processor supports the instruction set. The features
+ * are tested individually, because some compilers do not recognize level names such as
  * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 /* KR_SCALAR_NAME is the name of the version of a function that does not use vectors. AVX-512 uses

@@ -71,8 +71,8 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, whichever is closer to `last`. Both describe the same attitude; the choice
- * avoids jumps between successive quaternions. */
+/* Returns q or -q, whichever is closer to `last`. Both quaternions describe the same attitude, but
+ * the closer one avoids jumps. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
@@ -80,8 +80,8 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
 /* Returns the normalized quaternion q / |q|. Assumes that |q| differs from 1 only by rounding
  * errors. One Newton step is then sufficient, and no square root is needed. The correction is added
- * to q. Multiplying q by a factor near 1 would introduce a rounding bias, causing an energy drift
- * of 1e-12 over 1e6 steps. */
+ * to q, because multiplying q by a factor near 1 would introduce a rounding bias. This bias would
+ * cause an energy drift of 1e-12 over 1e6 steps. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);

@@ -7,7 +7,7 @@
  * all other terms can be added before it is known. */
 #include "tangents.h"
 
-/* Taylor coefficients with permuted components, as the products need them. The coefficients of the
+/* Taylor coefficients with their components permuted for multiplication. The coefficients of the
  * path (`w` for W, `p` for P) are stored as (prev | next), and are padded in front with BEFORE
  * zeros. The coefficients of a tangent (`turn` for theta, `push` for N, `cross` for c x theta) are
  * stored as (next | prev). */

@@ -62,8 +62,8 @@ TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
 /* Adds the product of two power series to c. Even and odd terms of `a` are accumulated in two
- * parallel chains of fused multiply-adds. kr_step_polynomial uses this function as its member
- * `product`. */
+ * parallel chains of fused multiply-adds. The member `product` of kr_step_polynomial points to this
+ * function. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -180,10 +180,10 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* These operations of series.h are redefined for double-double in quat_simd_dd.h. The function
- * duo_lane returns one component of w in all lanes, and duo_scale multiplies by eight exact
- * numbers. The function duo_span returns the difference of two times, and duo_inverse returns 1 /
- * n. */
+/* The following operations of series.h are redefined for double-double in quat_simd_dd.h. The
+ * function duo_lane returns one component of w in all lanes, and duo_scale multiplies by eight
+ * exact numbers. The function duo_span returns the difference of two times, and duo_inverse returns
+ * 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -36,7 +36,7 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* DOUBLED defines the type D, which has a high and a low word of type T, and its arithmetic. For
+/* DOUBLED defines a type D with a high and a low word of type T, and its arithmetic operations. For
  * speed, fma returns an unnormalized result, in which |lo| may be a few units in the last place of
  * hi. The operations mul and store normalize their results. */
 #define DOUBLED(D, T)                                                                              \
@@ -127,9 +127,9 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 }
 
 /* series.h uses the names of quat_simd.h: duo, quad, and their functions. The macros below redefine
- * these names, so that series.h can be compiled in double-double. The macros are listed one by one,
- * because a macro cannot define other macros. Loops are not unrolled, because the loop bodies are
- * too long. */
+ * the names of quat_simd.h, so that series.h can be compiled in double-double. The macros are
+ * listed one by one, because a macro cannot define other macros. Loops are not unrolled, because
+ * the loop bodies are too long. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

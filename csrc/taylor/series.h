@@ -67,8 +67,7 @@ INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, 
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
-/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. The sum
- * `cross` is accumulated in `a` alone. */
+/* Adds the products with indices (j, m) to `a`, and those with indices (m, j) to `b`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
                      int j, int m, form what)
 {
@@ -143,8 +142,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
 }
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
- * correct digits suffice for a step size. approx_log2 replaces the logarithm of the mantissa by the
- * mantissa itself, because the error is later divided by the order. */
+ * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
+ * mantissa by the mantissa itself, because the error is later divided by the order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -173,10 +172,10 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. The last term is not used, so that the step size can be computed at the
- * same time. Very close to an unstable equilibrium, all terms are below the tolerance and give no
- * estimate. The step size is therefore also limited by the rate at which a falling top leaves the
- * equilibrium. */
+ * or odd series vanishes. The last term is not used, so that its coefficient and the step size can
+ * be computed in parallel. Very close to an unstable equilibrium, all terms are below the tolerance
+ * and give no estimate. The step size is therefore also limited by the rate at which a falling top
+ * leaves the equilibrium. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);

@@ -2,16 +2,17 @@
  * angular velocity about this axis is determined by the torque. The motion then stays on a slow
  * manifold, where the Taylor coefficients of the angular velocity about this axis satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * This equation is solved by iteration. O is the angular velocity of the support, U that of the top
- * relative to the support, and G the effective gravity on a shaken support (support.h). On a
+ * This equation is solved by iteration. O is the angular velocity of the support, and U that of the
+ * top relative to the support. G is the effective gravity on a shaken support (support.h). On a
  * support at rest, U = W and G = 1. The rotor torque h x W is linear in W like damping, and may
- * exceed the damping torque. All other coefficients follow from the recurrence of taylor.h.
- * The radius of convergence is that of the slow motion, so steps can be long. The explicit
- * recurrence would be stiff, and limited to steps of about A / D. The neglected transient decays as
- * exp(-D t / A), and is below the rounding errors (Fenichel 1979). Until the motion reaches the
- * manifold, steps follow the recurrence, with a tolerance relative to the small angular velocity on
- * the manifold. A top with dry friction has two slow manifolds. While the top slides, friction is a
- * constant torque. While friction holds the top, slow_held.h applies. */
+ * exceed the damping torque. All other coefficients follow from the recurrence of taylor.h. The
+ * radius of convergence is that of the slow motion, so steps can be long. The explicit recurrence
+ * would be stiff, and limited to steps of about one damping time A / D. The neglected transient
+ * decays as exp(-D t / A), and is below the rounding errors (Fenichel 1979). Until the motion
+ * reaches the manifold, steps follow the explicit recurrence. The tolerance of these steps is
+ * relative to the small angular velocity on the manifold. A top with dry friction has two slow
+ * manifolds. While the top slides, friction is a constant torque. While friction holds the top,
+ * slow_held.h applies. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -27,8 +28,8 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the angular acceleration due to the rotor about a strongly damped axis. Other strongly
- * damped axes contribute only the angular velocity of the support. */
+/* Returns the angular acceleration due to the rotor about a strongly damped axis. For other
+ * strongly damped axes, only the angular velocity of the support is used. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -183,7 +184,7 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
 }
 /* Marks the axes whose damping rate is at least that of axis `least` as strongly damped. Returns 1
  * if damping about these axes dominates all other effects. `undamped` and `pull` are upper bounds
- * on the other rates and on the torque. */
+ * on the undamped rates and on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -314,7 +315,7 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
 /* Makes a step on the slow manifold defined by a set of strongly damped axes. `strong` is the
- * largest such set if its manifold has not been reached, otherwise NULL. */
+ * largest set of strongly damped axes if a step with this set has failed, otherwise NULL. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
 {
@@ -390,8 +391,8 @@ static void reset_rate(kr_taylor *p, const kr_motion *motion)
     if (p->has_tangents != 0.0) return;
     kr_taylor_set_rate(p, motion, is_held ? p->held_rate : fmax(p->rate, p->first_rate));
 }
-/* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is lowered
- * because the angular velocity is small in the unit of time of damping. */
+/* Returns log2 of the tolerance for steps that are not on a slow manifold. The tolerance is
+ * lowered, because the angular velocity is small compared with the damping rate. */
 static double tolerance_of_transient(const kr_taylor *p, double undamped)
 {
     return p->log2_tol + log2(fmax(fmin(undamped / p->rate, 1.0), NEGLIGIBLE));
@@ -425,11 +426,11 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     if (strong) *log2_tol = fmin(*log2_tol, relative_tolerance(p, strong));
     return 0;
 }
-/* If W exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the Taylor coefficients of
- * a series of order n may overflow. */
+/* If the angular velocity exceeds 2^(OVERFLOW_LEAST + OVERFLOW_SHARE / (n - 1)), squares of the
+ * Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
-/* Torques smaller than this fraction of the damping torque are neglected, and the growth rate is
+/* Torques smaller than SMALL_TORQUE times the damping torque are neglected, and the growth rate is
  * multiplied by CERTAIN to be safe. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98

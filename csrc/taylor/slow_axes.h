@@ -21,7 +21,7 @@ enum {
     ROWS = KR_HAS_SUPPORTS ? 22 : ROWS_AT_REST,
     SWEEPS = 64
 };
-/* The rows that hold U and G P, which equal W and P on a support at rest. */
+/* U_OF and GP_OF are the rows of U and G P, which equal W and P on a support at rest. */
 #define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
 /* Damping is strong about an axis if its rate exceeds all other rates by the factor STRONG. The
@@ -31,9 +31,9 @@ enum {
 /* An angular velocity below this fraction of the damping rate counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An angular velocity below NEGLIGIBLE times the largest one need not be accurate. The angular
- * velocity of the support is rounded, so relative angular velocities below the fraction ROUNDED of
- * it are inaccurate. */
+/* An angular velocity below NEGLIGIBLE times the largest one need not be accurate. Relative angular
+ * velocities below ROUNDED times that of the support are inaccurate, because the latter is
+ * rounded. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */

@@ -38,7 +38,7 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
 /* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
- * largest change of U. */
+ * largest change of a component of U. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {
@@ -113,8 +113,8 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
-/* Returns 1 if the velocities u_i at the end of a series agree with those on the slow manifold.
- * Otherwise writes the time that damping needs to make the difference small enough. */
+/* Returns 1 if the velocities u_i at the end of a series agree with those on the slow manifold. If
+ * not, writes to `wait` the time after which damping makes the difference small enough. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)

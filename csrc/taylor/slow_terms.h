@@ -1,7 +1,7 @@
 /* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
  * included once for doubles and once for double-doubles. `number` is the type of the coefficients,
- * with the operations of, high, low, add, minus, mul and over. The macro NAME forms the names of
- * types and functions. */
+ * and `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are its operations. The macro NAME
+ * forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -199,7 +199,7 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with the slow manifold. About
  * each strongly damped axis, the difference must be at most `near` times the larger of slow_size
- * and least_size. Otherwise writes the time that damping needs to make the difference small
+ * and least_size. If not, writes to `wait` the time after which damping makes the difference small
  * enough. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
@@ -219,7 +219,7 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
 }
 /* Expands the motion on the slow manifold, starting at the end of a series. The errors are at most
  * `noise` times the magnitude of W. Returns 0 if the iteration does not converge, or if the motion
- * has not reached the manifold. In this case, writes the waiting time before the next attempt to
+ * has not reached the manifold. On failure, writes the waiting time before the next attempt to
  * `wait`. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)

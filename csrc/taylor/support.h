@@ -7,8 +7,8 @@
  * apex, all in the body frame. G = base + sway cos(...) is the acceleration along -e3, divided by
  * the acceleration included in c. This source is included by series.h, and compiled in doubles and
  * in double-double. Lane 0 of W holds the friction variable. While the top slides, this variable is
- * the spin <U, a>. While friction holds the top, it is the friction torque relative to its maximum.
- * Without friction, lane 0 is unused. */
+ * the spin <U, a>. While friction holds the top, the variable is the friction torque relative to
+ * its maximum. Without friction, lane 0 is unused. */
 
 /* Auxiliary series of an expansion: `w` holds U, and all lanes of `x` hold G. In double-double, the
  * second struct holds the low words. */
@@ -115,8 +115,8 @@ INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_lo(a->plain.cross), duo_hi(a->plain.cross)), torque);
 }
-/* Stores the n-th coefficients of W, O and U. For a sliding top, also stores that of the spin,
- * unless `is_known` is nonzero. */
+/* Stores the n-th coefficients of W, O and U. For a sliding top, also stores the n-th coefficient
+ * of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
                            int turns, int is_known)
 {

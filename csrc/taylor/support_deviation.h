@@ -12,9 +12,10 @@
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path, expanded about the beginning of a substep. In the notation of support.h, `body` is O,
- * `relative` is U, `momentum` is AW + h, `dragged` is D U, and `pulled` is G P. `torque` is the
- * friction torque, and `ease` is <a / A, a>. */
+/* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
+ * to the support, `body` that of the support, and `momentum` the angular momentum. `dragged` is the
+ * damping torque, and `pulled` the effective gravity vector. `torque` is the friction torque, and
+ * `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];

@@ -1,8 +1,8 @@
 /* Constants and steps of the Taylor series for tops with dry friction or on moving supports
  * (support.h). Each step starts from the exact position of the support at that time. Within a step,
  * the spin of a sliding top and the torque on a held top are polynomials in time. A step ends where
- * the spin reaches zero or the friction torque reaches its limit. This time is accurate up to the
- * rounding errors of the arithmetic, which is double-double for more than 16 digits. */
+ * the spin reaches zero or the friction torque reaches its limit. The end of the step is accurate
+ * up to the rounding errors of the arithmetic, which is double-double for more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -14,7 +14,7 @@
 /* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Width, relative to the step, at which the bisection for a limit stops. */
+/* Relative width of the interval at which bisection stops. */
 #define NARROW_PART 0x1p-30
 /* Newton's method stops at corrections larger than FARTHEST_PART or smaller than CONVERGED_PART,
  * relative to the step. */
@@ -226,7 +226,7 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
     }
     return v_of(sum);
 }
-/* Returns the derivative of the spin without friction at the end of the last step. */
+/* Returns the derivative of the spin at the end of the last step in the absence of friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -249,8 +249,8 @@ static void remove_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
 /* Decides whether friction holds a top without spin. `needed` is the torque that friction has to
- * balance, relative to its maximum. A sliding top moves in the direction of this torque, or against
- * it backward in time. */
+ * balance, relative to its maximum. The top starts to slide in the direction of this torque, or
+ * against it backward in time. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
@@ -392,8 +392,8 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         p->sliding = -value;
         return;
     }
-    /* The needed torque follows from the slope of the spin minus the friction in this step. Strong
-     * damping would amplify the rounding errors of the velocity. */
+    /* The torque to be balanced follows from the slope of the spin minus the friction of this step.
+     * Strong damping would amplify the rounding errors of the velocity. */
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }

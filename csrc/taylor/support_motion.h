@@ -10,13 +10,13 @@ static inline int kr_support_moves(const kr_scene *scene)
 {
     return scene && kr_scene_needs_support_terms(scene);
 }
-/* Returns the largest rate of the support motion, of the friction, and of rotation at the available
- * energy. W is the current angular velocity. Returns 0 if the series does not need the terms of
+/* Returns an upper bound on the rates of the support motion, the friction and the rotation of the
+ * top. W is the current angular velocity. Returns 0 if the series does not need the terms of
  * support.h. If a shaken support increases the energy later, kr_support_step changes the unit of
  * time. */
 double kr_support_rate(const kr_motion *motion, kr_vec3 W, int is_held);
-/* Sets the constants of the support and of the friction. Returns the lever arm that is multiplied
- * by G. */
+/* Sets the constants of the support and of the friction. Returns the lever arm of the effective
+ * gravity. */
 vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the lever arm of the effective gravity G in the units of the motion. Writes the constant
  * part of G to `base`, and the amplitude of the oscillating part to `sway`. */
@@ -31,7 +31,7 @@ void kr_support_place(kr_series s[2], const kr_motion *motion, double rate);
 void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate);
 /* Determines whether the top initially slides or is held by friction. */
 void kr_support_start(const kr_motion *motion);
-/* Sets the friction of the next step, in which the top slides or is held. */
+/* Sets the friction mode (sliding or held) and the friction torque of the next step. */
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the angular acceleration at the end of the last step, without friction. */
 kr_vec3 kr_support_acceleration(const kr_series *s);
@@ -40,14 +40,14 @@ double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes the
- * argument `factor` of kr_support_jump_tangents. The factor is NaN if the top starts without spin
- * and friction cannot hold it. In this case, the direction of the friction depends on the sign of
- * the perturbation. */
+ * `factor` with which kr_support_jump_tangents must be called. The factor is NaN if the top starts
+ * without spin and friction cannot hold it. Without spin, the direction of the friction depends on
+ * the sign of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
  * friction can no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
-/* Writes the derivatives of (q | P) and W at the end of the last step. Friction is the same as
- * during that step. */
+/* Writes the derivatives of (q | P) and W at the end of the last step. The friction mode of the
+ * last step still applies. */
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
 #endif

@@ -5,8 +5,8 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* The motion in the units of the series. A, D, h and `turning` are the moments of inertia, the
- * damping, the rotor and the support's angular velocity. `rate`, `base` and `sway` describe the
+/* Data of the motion in the units of the series. A, D, h and `turning` are the moments of inertia,
+ * the damping, the rotor and the support's angular velocity. `rate`, `base` and `sway` describe the
  * shaking, and `lever` is the lever arm of the effective gravity. `q`, `cosine` and `sine` are the
  * attitude and the phase of the shaking at one time. */
 typedef struct support_data {

@@ -432,7 +432,7 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Computes the series for the substep that contains the time `to`, unless they are already in
+/* Computes the series for the substep that contains the time `to`, unless this series is already in
  * memory. Substeps are rarely recomputed, because times usually increase from call to call. */
 static void find_part(const kr_motion *motion, double *memory, size_t n, double to)
 {

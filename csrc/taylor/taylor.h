@@ -19,8 +19,8 @@
 #include "math/isa.h"
 
 /* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term that is
- * computed in double-double. The later terms are so small that doubles suffice. LAST is the index
- * of the last term. A product that is summed in doubles may exceed the tolerance by a factor of at
+ * computed in double-double. Later terms are so small that doubles suffice. LAST is the index of
+ * the last term. A product that is summed in doubles may exceed the tolerance by a factor of at
  * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
  * determined by `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20

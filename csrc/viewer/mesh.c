@@ -4,7 +4,7 @@
 #include "math/su2.h"
 
 /* Computes a cuboid of the given mass with the same inertia as the body, and with the same product
- * of mass and centre of mass. Returns its volume, or 0 if no such cuboid exists. */
+ * of mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid exists. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;

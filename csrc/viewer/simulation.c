@@ -87,7 +87,7 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the record by merging rows in pairs. The incomplete row at the end moves as well. */
+/* Halves the record by merging rows in pairs. Moves the incomplete row behind the merged rows. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {

@@ -50,7 +50,7 @@ static kr_box box;
 static double limits[6];
 static float points[KR_MESH_RINGS * KR_MESH_SIDES][3];
 
-/* Constants for the build of the viewer, and the names of the kinds. */
+/* Constants for the build of the viewer, and names of the kinds of bodies. */
 EXPORT(int, kr_page_ticks, (void)) { return KR_SIMULATION_TICKS; }
 EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
 EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
