@@ -52,7 +52,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks an unused lane by loading a top at rest, for which the first step never ends. */
+/* Loads a top at rest into an unused lane, so that the first step of this lane never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w,   l->k,          l->up,        l->down,
@@ -139,7 +139,7 @@ static double product_factor(double apart, double moment, double h1, double h2)
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
 }
-/* Returns the differences of the moments of inertia, each adjusted by product_factor. */
+/* Returns the differences of the moments of inertia, adjusted by product_factor. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
     return v3(product_factor(A.y - A.z, A.x, h.y, h.z), product_factor(A.z - A.x, A.y, h.z, h.x),

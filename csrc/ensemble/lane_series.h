@@ -204,7 +204,7 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* The sums of products enter last, because they are completed last. */
+    /* The convolution sums are used last, because they are completed last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),

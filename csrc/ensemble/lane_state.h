@@ -6,13 +6,12 @@
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. A series of the quaternion q would need 21 products. The 12 products are 3
- * for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). The inner product (W, P) needs
- * only 2, because (AW + h, P) is constant. The torque of a rotor is included by modifying the
- * coefficient W_0, as described in taylor.h. The constant d is the value of P at the beginning of a
- * step. The expression for f' has a pole at P = -d, and the distance from this pole limits the step
- * size. Time is scaled so that |W| < 1. Energy and angular momentum are conserved only up to the
- * tolerance. */
+ * Taylor coefficients. A series of the quaternion q would need 21 products. The inner product (W,
+ * P) needs only 2 of the 12 products, because (AW + h, P) is constant. The torque of a rotor is
+ * included by modifying the coefficient W_0, as described in taylor.h. The constant d is the value
+ * of the vertical P at the beginning of a step. The expression for f' has a pole at P = -d, and the
+ * distance from this pole limits the step size. Time is scaled so that |W| < 1. Energy and angular
+ * momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -25,9 +24,9 @@ typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
 struct kr_lane_tangents;
-/* The current step of every lane, from the time t to the time `end`. The body axes are permuted so
- * that the third moment of inertia is the largest. An unused lane has finite numbers and an
- * infinite `goal`. */
+/* The current step of every lane, which extends from the time t to the time `end`. The body axes
+ * are permuted so that the third moment of inertia is the largest. An unused lane has finite
+ * numbers and an infinite `goal`. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -38,7 +37,7 @@ typedef struct kr_lanes {
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
     kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
-    /* Coefficients of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az and -hz / Az. */
+    /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
      * cyclically. The sums are stored in `prev` and `next`. Without a rotor, the terms are -0,

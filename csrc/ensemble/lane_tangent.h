@@ -1,10 +1,10 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
  * shorten the steps, but do not otherwise change the computed path. This source is compiled once
  * for each instruction set. The variational equations are those of taylor/tangents.h without
- * damping and parameters. Two solutions of these equations are trivial: the flow (W | P x c) and
- * the rotation about the vertical (P | P x M). Here, M = AW + h is the angular momentum. The
- * trivial solutions are removed at the end of each step, and the growth of the remainder is
- * measured. Up to the tolerance, each tangent conserves the quantities
+ * damping and parameters. Two solutions of these equations are trivial: the flow and the rotation
+ * about the vertical. As pairs (theta | N), these solutions are (W | P x c) and (P | P x M) with M
+ * = AW + h. The trivial solutions are removed at the end of each step, and the growth of the
+ * remainder is measured. Up to the tolerance, each tangent conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -334,7 +334,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Re-expands the path about the times `at` within the current steps. */
+/* Recomputes the Taylor series of the paths about the times `at`. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;

@@ -13,8 +13,8 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-/* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. If x is NaN, sets both
- * to NaN. */
+/* Replaces the extremum and its time by x and t if `is_more_so` is nonzero. Sets the extremum and
+ * its time to NaN if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
     if (isnan(x)) accumulators->value = accumulators->more = x;

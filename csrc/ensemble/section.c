@@ -59,7 +59,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Completes a lane in which no event occurred within the maximum waiting time. */
+/* Finishes a top whose next event did not occur within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -72,8 +72,8 @@ static void time_out(kr_worker *worker, int lane)
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
 /* Stores the state at an event that occurs in the last step of a lane. `place` is the position of
- * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search of this step
- * should continue. */
+ * the event within the step, from 0 (beginning) to 1 (end). Returns 1 if the search of the current
+ * step should continue. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

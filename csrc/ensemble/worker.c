@@ -115,7 +115,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
         worker->interrupted = 1;
 }
 
-/* Returns the status that explains why a top cannot run in a lane. */
+/* Returns the status that explains why a top cannot be integrated in a lane. */
 static kr_status find_lane_refusal(const kr_scene *scene)
 {
     if (v_largest(scene->damping) > 0.0) return KR_ERR_DAMPING;

@@ -100,7 +100,7 @@ static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker,
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 
-/* Returns the maximum waiting time for the next event of top i, or 0 if there are no times. */
+/* Returns the maximum waiting time for the next event of top i, or 0 if no times are requested. */
 static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

@@ -19,8 +19,8 @@ static inline dd dd_series(dd first, int from, int to, dd square)
 static inline dd dd_exp(dd a)
 {
     const dd ln2 = dd_make(0.693147180559945286227, 2.319046813846299558e-17);
-    /* Outside this range of k, 2^k is zero or infinite. If `a` is NaN, so is r, while k is a
-     * number. */
+    /* Outside these limits of the exponent k, 2^k is zero or infinite. If `a` is NaN, so is r,
+     * while k is a number. */
     const double k = fmax(-2200.0, fmin(2200.0, rint(a.hi / ln2.hi)));
     const dd r = dd_times(0.03125, dd_sub(a, dd_times(k, ln2))), rr = dd_square(r);
     dd e = dd_add(dd_series(dd_of(1.0), 1, 18, rr), dd_series(r, 2, 18, rr));

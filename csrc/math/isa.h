@@ -7,9 +7,9 @@
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* The x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py) selects x86
- * features by function attributes. Because clang defines no macros for these attributes, kreisel.c
- * defines KR_TARGET_AVX2 etc. */
+/* Macros for the x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py)
+ * selects x86 features by function attributes. Because clang defines no macros for these
+ * attributes, kreisel.c defines KR_TARGET_AVX2 etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif

@@ -1,10 +1,11 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source is compiled for single tangents (deviation_single.h) and for batches
- * (deviation_batch.h), each in doubles and in double-double. The two headers define three types. A
- * `triple` holds one vector for each tangent. A `turned` is a triple whose components are permuted
- * for multiplication by a coefficient of the path (`path_term`). A `halves` holds the two sums of
- * products whose difference is a cross product. Each sum adds the latest coefficient last, because
- * all other terms can be added before it is known. */
+ * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
+ * for batches define three types. A `triple` holds one vector for each tangent. A `turned` is a
+ * triple whose components are permuted for multiplication by a coefficient of the path
+ * (`path_term`). A `halves` holds the two sums of products whose difference is a cross product.
+ * Each sum adds the latest coefficient last, because all other terms can be added before it is
+ * known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -28,14 +29,16 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the derivative of the inertia tensor times the n-th coefficient of W. */
+/* Returns the derivative of the inertia tensor times the n-th coefficient of the angular
+ * velocity. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns the derivative of the damping matrix times the n-th coefficient of W. */
+/* Returns the derivative of the damping matrix times the n-th coefficient of the angular
+ * velocity. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
@@ -56,8 +59,9 @@ INLINE triple rotor_turn(const kr_tangent *g, int n)
     return triple_sub(triple_mul(triple_next(h), triple_prev(turn)),
                       triple_mul(triple_prev(h), triple_next(turn)));
 }
-/* Returns the damping torque on a tangent, which the caller subtracts. `rate` is the derivative of
- * theta, and `plus` - `minus` is theta x W. */
+/* Returns the damping torque on a tangent, which the caller subtracts. `rate` is the time
+ * derivative of the rotation vector theta. The difference of `plus` and `minus` is the cross
+ * product of theta and the angular velocity. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));

@@ -36,8 +36,8 @@
 #endif
 
 /* NATIVE and PAIRED define a vector type T and the operations common to all widths: load, store,
- * splat, add, sub, mul, fma. NATIVE defines T as a hardware vector, with the expression `fused` for
- * a*b + c. PAIRED defines T as a pair of vectors of type `half`. */
+ * splat, add, sub, mul, fma. NATIVE defines T as a hardware vector whose multiply-add is the
+ * expression `fused`. PAIRED defines T as a pair of vectors of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \

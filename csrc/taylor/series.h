@@ -8,7 +8,7 @@
 #include <string.h>
 #include "taylor.h"
 
-/* Signs of the products q W / 2 and P x W, in the lane order of duo_i, duo_j and duo_k. */
+/* Signs in quaternion and cross products, in the lane order of duo_i, duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -17,7 +17,7 @@ static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
  * own code, so that undamped motions do not become slower. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
-/* A Taylor coefficient of a vector in both cyclic permutations, (next | prev) and (prev | next). */
+/* Both cyclic permutations of a Taylor coefficient: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
@@ -41,20 +41,20 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the rotor terms to the permuted W_0. All products with W_0 then include the torque of the
- * rotor. */
+/* Adds the rotor terms to the initial coefficient of the angular velocity. All products with this
+ * coefficient then include the torque of the rotor. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
 }
-/* Returns half the componentwise product of the two cyclic permutations of W_j. The rotor terms are
- * included if j is 0. */
+/* Returns half the componentwise product of the two cyclic permutations of a coefficient. The rotor
+ * terms are included if j is 0. */
 INLINE duo half_square(const kr_series *s, turned_vector w, int j)
 {
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds the products of the angular velocity W_j and the coefficients of order m. */
+/* Adds the products of the angular velocity of order j and the other coefficients of order m. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -185,9 +185,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
- * 2^log2_size. The first coefficient of the tail is a sum of such products, computed in doubles. If
- * the products cancel, the tail is small, but its rounding errors are not. A step size based only
- * on the last Taylor term would then be too large. */
+ * 2^log2_size. The tail, which is computed in doubles, begins with a sum of these products. If the
+ * products cancel, the tail is small, but the rounding errors of the products are not. A step size
+ * based only on the last Taylor term would then be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

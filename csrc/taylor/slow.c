@@ -9,10 +9,10 @@
  * radius of convergence is that of the slow motion, so steps can be long. The explicit recurrence
  * would be stiff, and limited to steps of about one damping time A / D. The neglected transient
  * decays as exp(-D t / A), and is below the rounding errors (Fenichel 1979). Until the motion
- * reaches the manifold, steps follow the explicit recurrence. The tolerance of these steps is
- * relative to the small angular velocity on the manifold. A top with dry friction has two slow
- * manifolds. While the top slides, friction is a constant torque. While friction holds the top,
- * slow_held.h applies. */
+ * reaches the manifold, steps follow the explicit recurrence. Before the manifold is reached, the
+ * tolerance is relative to the small angular velocity on the manifold. A top with dry friction has
+ * two slow manifolds. While the top slides, friction is a constant torque. The case in which
+ * friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -136,8 +136,9 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Inverts a 3 x 3 matrix with ones on its diagonal. In row i, `ahead` is the element of column i +
- * 1, and `behind` is that of column i + 2. Elements that involve a weakly damped axis are zero. */
+/* Inverts a 3 x 3 matrix with ones on its diagonal. `ahead` and `behind` hold the elements to the
+ * right and to the left of the diagonal, cyclically. Elements that involve a weakly damped axis are
+ * zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -435,7 +436,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
- * Backward in time, the derivative of y is at least `growth` y - `loss`. */
+ * Backward in time, dy/dt >= `growth` y - `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

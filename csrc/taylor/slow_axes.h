@@ -21,7 +21,8 @@ enum {
     ROWS = KR_HAS_SUPPORTS ? 22 : ROWS_AT_REST,
     SWEEPS = 64
 };
-/* U_OF and GP_OF are the rows of U and G P, which equal W and P on a support at rest. */
+/* U_OF and GP_OF select the rows of the relative angular velocity and of the effective gravity
+ * vector. */
 #define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
 /* Damping is strong about an axis if its rate exceeds all other rates by the factor STRONG. The
@@ -38,8 +39,8 @@ enum {
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */
 #define ROUNDING 0x1p-50
-/* Fraction of the estimated time to reach the slow manifold after which the motion is tested
- * again. */
+/* The motion is tested again after this fraction of the estimated time to reach the slow
+ * manifold. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 

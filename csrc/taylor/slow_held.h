@@ -138,7 +138,7 @@ static kr_vec3 velocity_without_slow(const kr_series *s, const slow_axes *slow)
                          sum);
     return sum;
 }
-/* Returns the damping rate d_i in the unit of time of the series. */
+/* Returns the damping rate of a direction, in the unit of time of the series. */
 static double held_drag(const kr_series *s, const slow_axes *slow, int i)
 {
     double sum = 0.0;
@@ -146,7 +146,7 @@ static double held_drag(const kr_series *s, const slow_axes *slow, int i)
         sum -= slow->held->v[i][j].hi * s->drag[j + 1] * slow->held->weight[i][j].hi;
     return sum;
 }
-/* Returns an upper estimate of the velocity u_i, like slow_size for a principal axis. */
+/* Returns an upper estimate of the velocity along a strongly damped direction. */
 static double held_size(const kr_series *s, const slow_axes *slow, int direction)
 {
     const double *p = s->end_x + 5, most = largest_pull(s);
@@ -176,8 +176,8 @@ static double held_velocity_size(const kr_series *s, const slow_axes *slow)
             size = fmax(size, sqrt(slow->held->square[i]) * held_size(s, slow, i));
     return size;
 }
-/* Returns the smallest non-negligible velocity u_i of a strongly damped direction. Each u_i is
- * computed from W, so its rounding error is relative to the largest component of W. */
+/* Returns the smallest non-negligible velocity along a strongly damped direction. The velocities
+ * are computed from W, so their rounding errors are relative to the largest component of W. */
 static double least_held_size(const kr_series *s, const slow_axes *slow)
 {
     const double size = held_velocity_size(s, slow), most = v_largest(v_of(s->end_w + 1));
@@ -188,7 +188,7 @@ static double least_held_size(const kr_series *s, const slow_axes *slow)
     least = fmin(fmax(least, NEGLIGIBLE * most), fmax(most, size));
     return fmax(fmax(least, ROUNDED * size), TINY_VELOCITY);
 }
-/* Returns 1 if the motion is close to the slow manifold, like is_near. */
+/* Returns 1 if the motion of a held top is close to the slow manifold. */
 static int is_held_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const kr_vec3 O = v_of(s->turn + 1), W = v_of(s->end_w + 1),

@@ -15,7 +15,7 @@ static void NAME(read_directions)(const held_directions *held, double rate, NAME
         NAME(read_words)(to->drag[i], held->drag[i], 2, 1.0 / rate);
     }
 }
-/* Computes the n-th coefficients of U and W from the velocities u_i. */
+/* Computes the n-th coefficients of the angular velocities U and W from the components u_i. */
 static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
 {
     for (int j = 0; j < 3; j++) {
@@ -25,7 +25,7 @@ static void NAME(compose)(NAME(terms) * s, const NAME(directions) * held, int n)
         s->c[ROW_W + j][n] = add(s->c[ROW_O + j][n], s->c[ROW_U + j][n]);
     }
 }
-/* Returns the n-th coefficient of the driving term u_i' + d_i u_i. */
+/* Returns the n-th coefficient of the torque that drives the component u_i. */
 static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int i, int n)
 {
@@ -62,7 +62,7 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Performs one iteration for all coefficients, like `improve`. */
+/* Performs one iteration for all coefficients. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {
@@ -131,7 +131,7 @@ static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series seri
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion of a held top on the slow manifold, like `expand` for other tops. */
+/* Expands the motion of a held top on the slow manifold. */
 static int NAME(expand_held)(kr_series series[2], const slow_axes *slow, int order, double near,
                              double noise, double *wait, double rate, double friction)
 {

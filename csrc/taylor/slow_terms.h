@@ -1,7 +1,7 @@
 /* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. `number` is the type of the coefficients,
- * and `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are its operations. The macro NAME
- * forms the names of types and functions. */
+ * included once for doubles and once for double-doubles. The macro `number` is the type of a
+ * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
+ * of this type. The macro NAME forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -39,8 +39,8 @@ static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axi
     sum = add(sum, mul(s->ahead[axis], s->c[ROW_W + j][n]));
     return add(sum, mul(s->behind[axis], s->c[ROW_W + k][n]));
 }
-/* Solves for the strongly damped components of U_n when a rotor couples the axes. `follows` holds
- * the torques divided by the damping constants. */
+/* Solves for the strongly damped components of the angular velocity when a rotor couples the axes.
+ * `follows` holds the torques divided by the damping constants. */
 static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const number follows[3],
                               int n)
 {
@@ -129,7 +129,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Computes the coefficients of G, the sum of a constant and a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
     number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);

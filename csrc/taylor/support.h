@@ -3,15 +3,15 @@
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *
- * O is the angular velocity of the support, U that of the body relative to the support, and a the
- * apex, all in the body frame. G = base + sway cos(...) is the acceleration along -e3, divided by
- * the acceleration included in c. This source is included by series.h, and compiled in doubles and
- * in double-double. Lane 0 of W holds the friction variable. While the top slides, this variable is
- * the spin <U, a>. While friction holds the top, the variable is the friction torque relative to
- * its maximum. Without friction, lane 0 is unused. */
+ * O is the angular velocity of the support, and U that of the body relative to the support. All
+ * vectors, including the apex a, are in the body frame. G = base + sway cos(...) is the
+ * acceleration along -e3, divided by the acceleration included in c. This source is included by
+ * series.h, and compiled in doubles and in double-double. Lane 0 of W holds the friction variable.
+ * While the top slides, this variable is the spin <U, a>. While friction holds the top, the
+ * variable is the friction torque relative to its maximum. Without friction, lane 0 is unused. */
 
-/* Auxiliary series of an expansion: `w` holds U, and all lanes of `x` hold G. In double-double, the
- * second struct holds the low words. */
+/* Auxiliary series: `w` holds the relative angular velocity, and `x` the effective gravity in all
+ * lanes. In double-double, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
@@ -87,7 +87,8 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number in lane 0 of the n-th coefficient of W. All lanes of `number` are equal. */
+/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. All lanes of `number`
+ * are equal. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);
@@ -102,8 +103,8 @@ INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
     set_lane0(s, own, n, quad_mul(quad_splat((double)(n + 1)), torque));
     return quad_fma(lost, quad_load(s->yield), w);
 }
-/* Returns the (n + 1)-th coefficient of the angular velocity W. `p` is the n-th coefficient of
- * G P. */
+/* Returns the next coefficient of the angular velocity, given the coefficient `p` of the effective
+ * gravity vector. */
 INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr_series *own, int n,
                              quad p)
 {
@@ -115,8 +116,8 @@ INLINE quad support_velocity(const support_sums *a, const kr_series *s, const kr
     return quad_fma(quad_mul(share, quad_load(s->k)),
                     quad_add(duo_lo(a->plain.cross), duo_hi(a->plain.cross)), torque);
 }
-/* Stores the n-th coefficients of W, O and U. For a sliding top, also stores the n-th coefficient
- * of the spin, unless `is_known` is nonzero. */
+/* Stores the n-th coefficients of all angular velocities. For a sliding top, also stores the n-th
+ * coefficient of the spin, unless `is_known` is nonzero. */
 INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int n, quad w, quad o,
                            int turns, int is_known)
 {
@@ -129,7 +130,7 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     set_turned(s->w[n], &of[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Computes the coefficients of G, the sum of a constant and a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
 INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);

@@ -218,7 +218,7 @@ static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(movin
     }
     return sum;
 }
-/* Adds the effect of friction to the (n + 1)-th coefficient of N. */
+/* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part. */
 static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));

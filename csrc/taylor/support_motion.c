@@ -439,7 +439,7 @@ void kr_support_set_mode(const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time to 1 / rate. With tangents, the unit must stay constant. */
+/* Sets the unit of time to 1 / rate. If there are tangents, the unit of time must stay constant. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;

@@ -47,7 +47,7 @@ int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
  * friction can no longer hold the top. */
 kr_status kr_support_step(kr_motion *motion, const kr_kernel *kernel);
-/* Writes the derivatives of (q | P) and W at the end of the last step. The friction mode of the
- * last step still applies. */
+/* Writes the time derivatives of the attitude, the vertical and the angular velocity at the end of
+ * the last step. The friction mode of the last step still applies. */
 void kr_support_slopes(const kr_motion *motion, double x[8], double w[4]);
 #endif

@@ -12,7 +12,7 @@ enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
 static const double rest_over_tolerance = 0x1p9;
 
 /* Header of the memory for tangents, which contains the path series of one substep. The tangents
- * follow in memory. */
+ * are stored after the header. */
 typedef struct {
     kr_series path[2];
     double parts;            /* number of substeps of the last step */
@@ -442,8 +442,8 @@ static void find_part(const kr_motion *motion, double *memory, size_t n, double 
     while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
         expand_next_part(motion, memory, n);
 }
-/* Evaluates all tangents at the time `at` of the path, within the last step. Writes the values to
- * the members `at` of the tangents. */
+/* Evaluates all tangents at the time of the path within the last step, and stores the values in
+ * `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;

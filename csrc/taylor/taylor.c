@@ -96,7 +96,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
     frexp(KR_HAS_SUPPORTS ? fmax(own, kr_support_rate(motion, W, is_held)) : own, &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets one rotor term of the series. `k` is the coefficient of the product of angular
+/* Sets one rotor term of the series, given the coefficient `k` of the product of angular
  * velocities. */
 static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
 {

@@ -18,11 +18,11 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term that is
- * computed in double-double. Later terms are so small that doubles suffice. LAST is the index of
- * the last term. A product that is summed in doubles may exceed the tolerance by a factor of at
- * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
- * determined by `taylor_kernel_study.py depth` in validation/studies. */
+/* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
+ * double-double, and LAST that of the last term in doubles. Later terms are so small that doubles
+ * suffice. A product that is summed in doubles may exceed the tolerance by a factor of at most
+ * 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were determined by
+ * `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -32,7 +32,7 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* A factor so small that its products are negligible even at 30 digits. */
+/* A nonzero factor that makes a product negligible even at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
@@ -58,7 +58,7 @@ typedef struct kr_series {
      * consists of the oscillating part of G, the corresponding sine, the rate, and the constant
      * part of G. `rub` is the angular acceleration due to friction. */
     double turn[4], sway[4], rub[4];
-    /* The apex a, the vector (a / A) / <a / A, a>, and 1 / (<a / A, a> friction), respectively. */
+    /* apex a; (a / A) / <a / A, a>; 1 / (<a / A, a> friction) */
     double apex[4], yield[4], per_grip;
     double sway_most; /* the largest size of the varying part of G, with the sign of its cosine */
     /* Nonzero if the support rotates, if it shakes, if the top slides, and if friction holds the

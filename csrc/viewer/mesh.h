@@ -6,7 +6,8 @@
 #define KR_MESH_H
 #include "kreisel.h"
 
-/* Maximum numbers of points in a trail and of rings in a rod, and number of points in a ring. */
+/* Maximum number of points in a trail, maximum number of rings in a rod, and number of points in a
+ * ring. */
 enum { KR_MESH_POINTS = 2048, KR_MESH_RINGS = 400, KR_MESH_SIDES = 12 };
 
 /* A cuboid, in the frame in which the user describes the body. */
@@ -16,8 +17,8 @@ typedef struct kr_box {
     double density;       /* [M L^-3] */
 } kr_box;
 
-/* The last `size` attitudes and momenta of a top. The values after step k have the index k modulo
- * `size`. */
+/* The last `size` attitudes and momenta of a top. The array index of the state after step k is k
+ * modulo `size`. */
 typedef struct kr_trail {
     const kr_quat *attitude;
     const kr_vec3 *momentum;

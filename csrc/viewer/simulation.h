@@ -2,7 +2,7 @@
  * in integer ticks, so that multiples of different steps can be exactly equal. The states of each
  * top are computed at multiples of its own step. Tops are compared only at common multiples of
  * their steps; otherwise time differences would appear as errors. Results do not depend on how the
- * simulated time is divided among calls. The amount of memory is fixed. */
+ * simulated time is divided among calls. The memory requirement is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -60,7 +60,7 @@ typedef struct kr_simulation_slot {
     double stood;            /* time at which the rim meets the floor */
     /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    /* The attitude and momentum after step k have the index k modulo KR_SIMULATION_TRACE. */
+    /* The array index of the state after step k is k modulo KR_SIMULATION_TRACE. */
     kr_quat attitudes[KR_SIMULATION_TRACE];
     kr_vec3 momenta[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
@@ -86,8 +86,8 @@ typedef struct kr_simulation {
     int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
-/* Returns the quantity of measured value k, or NULL for the attitude error and the modified
- * energy. */
+/* Returns the quantity with index k among the measured values, or NULL for the attitude error and
+ * the modified energy. */
 const kr_quantity *kr_simulation_quantity(int k);
 
 /* Removes all tops. A zero-initialized simulation is empty. A simulation must not be moved in
@@ -110,7 +110,7 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
- * within a step, which the next call then continues. */
+ * within a step. The next call then continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All values of a failed top are NaN. The attitude
  * error is NaN if the top has no reference, or if the reference is at a different time. */
