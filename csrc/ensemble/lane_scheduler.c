@@ -133,7 +133,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
 /* Returns the difference `apart` of two moments of inertia, or a tiny nonzero number if the rotor
- * terms would be divided by zero. The function set_rotor in taylor.c does the same. */
+ * terms would be divided by zero. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -207,8 +207,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Upper limit on the reciprocals of the moments of inertia, in internal units. Beyond this limit,
- * the squared norm of a tangent could overflow. */
+/* Upper limit on the reciprocals of the moments of inertia, in internal units. Larger reciprocals
+ * could cause the squared norm of a tangent to overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
 /* Stores the constants of the variational equations for one lane. */
 static void set_growth_constants(kr_lanes *l, int lane, const shifted_constants *of)

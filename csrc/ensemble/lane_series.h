@@ -167,7 +167,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* This order of the independent sums was the fastest in measurements. */
+        /* In measurements, this order of the independent sums was the fastest. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -204,7 +204,7 @@ INLINE lane_pair next_lane_coefficient(kr_lanes *l, int n, lane_pair newest, int
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = newest.p, k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* The convolution sums are used last, because they are completed last. */
+    /* Use the convolution sums last, because they are completed last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
@@ -302,9 +302,9 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2, and u
- * contains the number of quarter turns in its low bits. The polynomials are those of
- * math/trig.h. */
+/* Computes the sine and cosine of x. The argument is reduced by the nearest multiple of pi/2. The
+ * low bits of u contain the number of quarter turns. The sine and cosine are then approximated by
+ * the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),

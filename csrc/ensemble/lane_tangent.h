@@ -189,8 +189,8 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the squared norm of remove_known(d). The absolute error is about machine epsilon times
- * the squared norm of `d`. */
+/* Returns the squared norm of the component of `d` orthogonal to the two trivial solutions. The
+ * absolute error is about machine epsilon times the squared norm of `d`. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);

@@ -2,13 +2,13 @@
  * the instruction set to the names of exported functions. For each additional instruction set,
  * CMakeLists.txt passes an option such as -DKR_ISA=avx2. CMakeLists.txt also defines KR_WITH_AVX2
  * and KR_WITH_AVX512 if these instruction sets are included in the build. KR_BASE_NAME is the name
- * of the baseline if the baseline is one of these instruction sets. */
+ * of the baseline instruction set. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
 /* Macros for the x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py)
- * selects x86 features by function attributes. Because clang defines no macros for these
+ * selects x86 features by function attributes. Because clang defines no macros for function
  * attributes, kreisel.c defines KR_TARGET_AVX2 etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
@@ -28,9 +28,8 @@
 /* A kernel is a single loop without function calls, because a call would force all vector registers
  * to be saved to memory. APART marks functions that are not inlined, because kernels rarely call
  * them. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
- * Files with long functions define KR_LONG_FUNCTIONS. Inlining in these files is left to the
- * compiler if fused multiply-add is missing and the build has faster instruction sets or defines
- * KR_ONE_ISA. */
+ * Files with long functions define KR_LONG_FUNCTIONS. In some builds without fused multiply-add,
+ * the compiler also decides what to inline in files with long functions. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
@@ -44,8 +43,8 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one. The code is then
- * smaller, and the results are bitwise equal. */
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one. This option makes
+ * the code smaller, but does not change the results. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else

@@ -98,14 +98,14 @@ INLINE triple load_rotor(const kr_tangent *g)
 /* Indices of the structs that hold the elements of a symmetric matrix. The rows are (xx, yy, zz),
  * (xy, yz, zx) and (xz, yx, zy). */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
-/* Returns a row of the derivative of the inertia tensor, in the order of matrix_places. */
+/* Returns a row of the derivative of the inertia tensor. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];
     return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
                       duo_load(g[at[2] * WORDS].moment));
 }
-/* Returns a row of the derivative of the damping matrix, in the order of matrix_places. */
+/* Returns a row of the derivative of the damping matrix. */
 INLINE triple load_drags(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];

@@ -77,8 +77,8 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* A `two` is a vector of two doubles, half of a quaternion. The macro two_mix takes one number from
- * each of two such vectors. */
+/* A `two` is a vector of two doubles, half of a quaternion. The macro two_mix combines one number
+ * from each of two vectors. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }

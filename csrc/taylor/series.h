@@ -41,8 +41,8 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the rotor terms to the initial coefficient of the angular velocity. All products with this
- * coefficient then include the torque of the rotor. */
+/* Adds the rotor terms to the initial coefficient of the angular velocity. The torque of the rotor
+ * is then included in all products with the initial coefficient. */
 INLINE void add_rotor(const kr_series *s, turned_vector *first)
 {
     first->behind = duo_add(first->behind, duo_load(s->shift));
@@ -172,10 +172,10 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size for which the last retained Taylor term equals the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. The last term is not used, so that its coefficient and the step size can
- * be computed in parallel. Very close to an unstable equilibrium, all terms are below the tolerance
- * and give no estimate. The step size is therefore also limited by the rate at which a falling top
- * leaves the equilibrium. */
+ * or odd series vanishes. The last term is not used, so that the last coefficients and the step
+ * size can be computed in parallel. Very close to an unstable equilibrium, all terms are below the
+ * tolerance and give no estimate. The step size is therefore also limited by the rate at which a
+ * falling top leaves the equilibrium. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -185,9 +185,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
- * 2^log2_size. The tail, which is computed in doubles, begins with a sum of these products. If the
- * products cancel, the tail is small, but the rounding errors of the products are not. A step size
- * based only on the last Taylor term would then be too large. */
+ * 2^log2_size. The tail of the series is computed in doubles, and begins with a sum of products of
+ * middle coefficients. If the products cancel, the tail is small, but the rounding errors of the
+ * products are not. A step size based only on the last Taylor term would then be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

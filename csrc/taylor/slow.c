@@ -2,17 +2,17 @@
  * angular velocity about this axis is determined by the torque. The motion then stays on a slow
  * manifold, where the Taylor coefficients of the angular velocity about this axis satisfy
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
- * This equation is solved by iteration. O is the angular velocity of the support, and U that of the
- * top relative to the support. G is the effective gravity on a shaken support (support.h). On a
- * support at rest, U = W and G = 1. The rotor torque h x W is linear in W like damping, and may
- * exceed the damping torque. All other coefficients follow from the recurrence of taylor.h. The
- * radius of convergence is that of the slow motion, so steps can be long. The explicit recurrence
- * would be stiff, and limited to steps of about one damping time A / D. The neglected transient
- * decays as exp(-D t / A), and is below the rounding errors (Fenichel 1979). Until the motion
- * reaches the manifold, steps follow the explicit recurrence. Before the manifold is reached, the
- * tolerance is relative to the small angular velocity on the manifold. A top with dry friction has
- * two slow manifolds. While the top slides, friction is a constant torque. The case in which
- * friction holds the top is treated in slow_held.h. */
+ * This equation is solved by iteration. O is the angular velocity of the support, and U is the
+ * angular velocity of the top relative to the support. G is the effective gravity on a shaken
+ * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in W
+ * like damping, and may exceed the damping torque. All other coefficients follow from the
+ * recurrence of taylor.h. The radius of convergence is that of the slow motion, so steps can be
+ * long. The explicit recurrence would be stiff, and limited to steps of about one damping time A /
+ * D. The neglected transient decays as exp(-D t / A), and is below the rounding errors (Fenichel
+ * 1979). Until the motion reaches the manifold, steps follow the explicit recurrence. Before the
+ * manifold is reached, the tolerance is relative to the small angular velocity on the manifold. A
+ * top with dry friction has two slow manifolds. While the top slides, friction is a constant
+ * torque. The case in which friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -184,8 +184,8 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
     return fmax(direct, carried / weakest * carried) / least;
 }
 /* Marks the axes whose damping rate is at least that of axis `least` as strongly damped. Returns 1
- * if damping about these axes dominates all other effects. `undamped` and `pull` are upper bounds
- * on the undamped rates and on the torque. */
+ * if damping about the marked axes dominates all other effects. `undamped` and `pull` are upper
+ * bounds on the undamped rates and on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -229,8 +229,8 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     kr_taylor_set_constants(p->series, motion, rate);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
-/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero. With this
- * value, powers of the resulting step size do not overflow. */
+/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero. With
+ * LOG2_AT_REST, powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -354,7 +354,7 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
     }
 }
 /* Returns 0 if the next step certainly cannot use a slow manifold. On moving supports, this quick
- * test usually returns 0. */
+ * test usually avoids longer computations. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -452,8 +452,8 @@ int kr_slow_drives_apart(const kr_motion *motion, double until)
     return y / sqrt(most) * (exp(growth * fabs(until - motion->clock)) - 1.0) > 0x1p53 * growth;
 }
 /* If damping D is the same about all axes, the angular momentum L grows backward in time at the
- * rate D <W, A W> / L^2. Without torques, this growth rate does not decrease. Small torques change
- * the growth rate only slightly. */
+ * rate D <W, A W> / L^2. Without torques, the growth rate of the angular momentum does not
+ * decrease. Small torques change the growth rate only slightly. */
 int kr_slow_overflows(const kr_motion *motion, int order, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

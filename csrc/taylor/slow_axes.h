@@ -29,18 +29,17 @@ enum {
  * smaller factor STRONG_ALONE suffices if damping is strong about all three axes. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
-/* An angular velocity below this fraction of the damping rate counts as zero. */
+/* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
 /* An angular velocity below NEGLIGIBLE times the largest one need not be accurate. Relative angular
- * velocities below ROUNDED times that of the support are inaccurate, because the latter is
- * rounded. */
+ * velocities below ROUNDED times the support's angular velocity are inaccurate because of
+ * rounding. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */
 #define ROUNDING 0x1p-50
-/* The motion is tested again after this fraction of the estimated time to reach the slow
- * manifold. */
+/* Fraction of the estimated time to the slow manifold after which a motion is tested again. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 

@@ -1,7 +1,7 @@
 /* Taylor coefficients of a strongly damped motion on the slow manifold (slow.c). This source is
  * included once for doubles and once for double-doubles. The macro `number` is the type of a
  * coefficient. The macros `of`, `high`, `low`, `add`, `minus`, `mul` and `over` are the operations
- * of this type. The macro NAME forms the names of types and functions. */
+ * on coefficients. The macro NAME forms the names of types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -142,8 +142,8 @@ static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
     }
     g[0] = add(g[0], of(from[0].sway[3], from[1].sway[3]));
 }
-/* Starts a new expansion at the end of a series. Copies the constants, and sets all coefficients of
- * higher order to zero, except those of G. */
+/* Starts a new expansion at the end of a series. Copies the constants of the series, and sets all
+ * coefficients of higher order to zero. */
 static void NAME(begin)(NAME(terms) * s, const slow_axes *slow, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);

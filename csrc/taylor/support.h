@@ -3,12 +3,13 @@
  *     q' = q U / 2,   P' = P x U,   O' = O x U,   U = W - O
  *     A W' = (AW + h) x W + G P x c - D U + (torque of friction) a
  *
- * O is the angular velocity of the support, and U that of the body relative to the support. All
- * vectors, including the apex a, are in the body frame. G = base + sway cos(...) is the
- * acceleration along -e3, divided by the acceleration included in c. This source is included by
- * series.h, and compiled in doubles and in double-double. Lane 0 of W holds the friction variable.
- * While the top slides, this variable is the spin <U, a>. While friction holds the top, the
- * variable is the friction torque relative to its maximum. Without friction, lane 0 is unused. */
+ * O is the angular velocity of the support, and U is the angular velocity of the body relative to
+ * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
+ * is the acceleration along -e3, divided by the acceleration included in c. This source is included
+ * by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the friction
+ * variable. While the top slides, the friction variable is the spin <U, a>. While friction holds
+ * the top, the friction variable is the friction torque relative to its maximum. Without friction,
+ * lane 0 is unused. */
 
 /* Auxiliary series: `w` holds the relative angular velocity, and `x` the effective gravity in all
  * lanes. In double-double, the second struct holds the low words. */
@@ -51,8 +52,8 @@ INLINE void add_support_pair(support_sums *a, support_sums *b, const kr_series *
     add_support_term(b, s, own, of, m, j, what, turns, shakes);
     a->plain.cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->plain.cross);
 }
-/* Returns the n-th coefficients of all products of series. Terms are added in the same order as in
- * cauchy_products. */
+/* Returns the n-th coefficients of all products of series. The terms of each sum are added in the
+ * same order as in cauchy_products. */
 INLINE support_sums support_products(const kr_series *s, const kr_series *own,
                                      const turned_support *of, int n, form what, int turns,
                                      int shakes)

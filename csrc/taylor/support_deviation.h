@@ -13,9 +13,9 @@ typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
 /* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
- * to the support, `body` that of the support, and `momentum` the angular momentum. `dragged` is the
- * damping torque, and `pulled` the effective gravity vector. `torque` is the friction torque, and
- * `ease` is <a / A, a>. */
+ * to the support, `body` is that of the support, and `momentum` is the angular momentum. `dragged`
+ * is the damping torque, and `pulled` the effective gravity vector. `torque` is the friction
+ * torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];

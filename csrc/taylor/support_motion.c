@@ -22,8 +22,8 @@
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. Friction of this size already stops a top within the rounding
- * error of the time. */
+/* Larger friction would overflow. Friction close to MOST_FRICTION already stops a top within the
+ * rounding error of the time. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -249,8 +249,8 @@ static void remove_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
 /* Decides whether friction holds a top without spin. `needed` is the torque that friction has to
- * balance, relative to its maximum. The top starts to slide in the direction of this torque, or
- * against it backward in time. */
+ * balance, relative to its maximum. The top starts to slide in the direction of the needed torque
+ * or, backward in time, in the opposite direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
@@ -307,7 +307,7 @@ static double first_negative(double *b, int n, double low, double high)
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
 /* Returns the fraction of the step after which `constant` plus `sign` times the friction variable
- * first becomes negative. Returns INFINITY if this does not happen. */
+ * first becomes negative. Returns INFINITY if the sum never becomes negative. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
     double b[KR_TAYLOR_MAX + 1], power = 1.0, binomial = 1.0, others = 0.0;
@@ -392,7 +392,7 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         p->sliding = -value;
         return;
     }
-    /* The torque to be balanced follows from the slope of the spin minus the friction of this step.
+    /* The torque to be balanced is the slope of the spin minus the friction during the last step.
      * Strong damping would amplify the rounding errors of the velocity. */
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);

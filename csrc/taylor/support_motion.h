@@ -40,9 +40,9 @@ double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes the
- * `factor` with which kr_support_jump_tangents must be called. The factor is NaN if the top starts
- * without spin and friction cannot hold it. Without spin, the direction of the friction depends on
- * the sign of the perturbation. */
+ * `factor` with which kr_support_jump_tangents must be called. `factor` is NaN if the top starts
+ * without spin and friction cannot hold the top. Without spin, the direction of the friction
+ * depends on the sign of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
  * friction can no longer hold the top. */

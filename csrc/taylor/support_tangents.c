@@ -12,8 +12,8 @@
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
-    /* The apex, the friction torque, and the sign of the spin of a sliding top. `holds` is nonzero
-     * if friction holds the top. */
+    /* Data of the friction: apex, friction torque, and sign of the spin of a sliding top. `holds`
+     * is nonzero if friction holds the top. */
     dd apex[3];
     double friction, sliding;
     int holds;
@@ -96,8 +96,9 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     data.holds = path->holds != 0.0;
     return data;
 }
-/* Computes the coefficients of the factor k in support_deviation.h. This factor is the acceleration
- * of the support, or its derivative with respect to the amplitude, rate or phase of the shaking. */
+/* Computes the coefficients of the factor k in support_deviation.h. The factor k is the
+ * acceleration of the support, or the derivative of the acceleration with respect to the amplitude,
+ * rate or phase of the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

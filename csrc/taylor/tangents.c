@@ -8,7 +8,7 @@
  * substep. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
 /* Largest admissible relative truncation error of a tangent, in units of the tolerance of the path.
- * For most paths, the truncation error remains below this limit. */
+ * For most paths, the truncation error of the tangents remains below the limit. */
 static const double rest_over_tolerance = 0x1p9;
 
 /* Header of the memory for tangents, which contains the path series of one substep. The tangents

@@ -16,9 +16,9 @@
 
 /* Taylor series of eight numbers about the time t, valid on a step of the path or on a substep. A
  * single tangent is stored as the eight numbers (0, theta | 0, N). In a batch of eight tangents,
- * six structs hold the components of (theta, N), with one tangent per lane. Both layouts give
- * bitwise equal results. At 20 and 30 digits, two adjacent structs hold the high and the low words
- * of the numbers. */
+ * six structs hold the components of (theta, N), with one tangent per lane. Batches and single
+ * tangents give bitwise equal results. At 20 and 30 digits, two adjacent structs hold the high and
+ * the low words of the numbers. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

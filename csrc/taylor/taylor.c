@@ -80,9 +80,9 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that exceeds all rates of the motion. These are the angular velocities
- * that the energy permits, and the rates of the damping, the rotor and the support motion. Damping
- * does not increase the energy, hence
+/* Returns a power of two that exceeds all rates of the motion. The rates include the angular
+ * velocities that the energy permits, and those of the damping, the rotor and the support motion.
+ * Damping does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {
@@ -105,8 +105,8 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[1].shift[lane] = shift.lo;
 }
 /* Sets the rotor terms of the series. If two moments of inertia are equal, the product of the
- * corresponding angular velocities has the coefficient zero. This coefficient is replaced by the
- * negligible KR_LEAST_FACTOR, so that the rotor terms can be divided by it. */
+ * corresponding angular velocities has the coefficient zero. A zero coefficient is replaced by the
+ * negligible KR_LEAST_FACTOR, because the rotor terms are divided by the coefficient. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -295,8 +295,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of the n kernels in a table. A table that is NULL counts as
- * empty. */
+/* Returns 1 if `wanted` is one of the n kernels in a table. A null pointer counts as an empty
+ * table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     if (!kernels) return 0;

@@ -28,15 +28,15 @@ typedef struct kr_trail {
 
 /* Returns a cuboid with the same inertia, mass and centre of mass as the body. For an unphysical
  * body, the cuboid has only the same inertia and the same product of mass and centre of mass. The
- * density of this cuboid is 1 if possible; otherwise, the function returns the largest such cuboid.
- * If no such cuboid exists, the function returns a cube with edges of length 2. */
+ * density of the cuboid is 1 if possible; otherwise, the function returns the largest possible
+ * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the magnitudes of momentum and angular velocity that determine the scale of the picture.
  * The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
- * loss of potential energy. Here, I is the largest moment of inertia, and energies are those in the
+ * loss of potential energy. I is the largest moment of inertia, and the energies are those in the
  * inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the angular speed of
- * the support. Both results are at least the initial values. A result of zero, as for a top that
- * cannot move, is replaced by 1. */
+ * the support. The results are never smaller than the initial values. A result of zero, as for a
+ * top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points are up to 2 % closer
  * to the centre. Returns the number of points, at most KR_MESH_POINTS. */

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks. The product of two steps of this size fits in 64 bits. */
+/* Largest step in ticks. The product of two steps of the largest size fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */

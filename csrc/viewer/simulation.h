@@ -105,12 +105,12 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`, the cosine of the nutation at which the rim touches the floor. The top then
- * remains in the last state above this height. The time of contact, `stood`, is interpolated within
+ * remains in the last state above the floor. The time of contact, `stood`, is interpolated within
  * the following step. By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
- * within a step. The next call then continues this step. */
+ * within a step. The next call continues the interrupted step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measured values of top i. All values of a failed top are NaN. The attitude
  * error is NaN if the top has no reference, or if the reference is at a different time. */
