@@ -3,8 +3,8 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* State of a reduction. `value` is the current result. `more` is the sum of squared deviations for
- * a variance, and the time for an extremum. */
+/* State of a reduction: the current result `value` and an auxiliary number `more`. `more` is the
+ * sum of squared deviations for a variance, and the time for an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;

@@ -43,7 +43,7 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one. This option makes
+/* If KR_NO_BATCHES is defined, the elements of a batch are computed one by one. KR_NO_BATCHES makes
  * the code smaller, but does not change the results. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL

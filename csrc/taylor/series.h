@@ -104,7 +104,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next Taylor coefficient of the attitude and the vertical. `share` is 1 / (n + 1). */
+/* Returns the next Taylor coefficient of the attitude and the vertical, given the number `share`,
+ * which is 1 / (n + 1). */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));

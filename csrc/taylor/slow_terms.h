@@ -199,8 +199,8 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with the slow manifold. About
  * each strongly damped axis, the difference must be at most `near` times the larger of slow_size
- * and least_size. If not, writes to `wait` the time after which damping makes the difference small
- * enough. */
+ * and least_size. If the motion has not reached the manifold, writes an estimate of the remaining
+ * time to `wait`. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {

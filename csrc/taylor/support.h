@@ -88,8 +88,8 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. All lanes of `number`
- * are equal. */
+/* Stores a number, given as a vector with equal lanes, in lane 0 of the n-th coefficient of the
+ * angular velocity. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);

@@ -7,8 +7,8 @@
 
 /* Data of the motion in the units of the series. A, D, h and `turning` are the moments of inertia,
  * the damping, the rotor and the support's angular velocity. `rate`, `base` and `sway` describe the
- * shaking, and `lever` is the lever arm of the effective gravity. `q`, `cosine` and `sine` are the
- * attitude and the phase of the shaking at one time. */
+ * shaking, and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and
+ * `cosine` and `sine` give the current phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;

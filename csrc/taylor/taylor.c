@@ -80,9 +80,9 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that exceeds all rates of the motion. The rates include the angular
- * velocities that the energy permits, and those of the damping, the rotor and the support motion.
- * Damping does not increase the energy, hence
+/* Returns a power of two that exceeds all rates of the motion. The energy limits the angular
+ * velocity. The other rates are those of the damping, the rotor and the support motion. Damping
+ * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
 {

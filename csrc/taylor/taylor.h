@@ -32,8 +32,7 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Coefficient that replaces zero where rotor terms are divided by it; negligible even at 30
- * digits. */
+/* Smallest nonzero coefficient of a product of angular velocities, negligible even at 30 digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
