@@ -32,9 +32,9 @@ enum {
 /* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An angular velocity below NEGLIGIBLE times the largest one need not be accurate. Relative angular
- * velocities below ROUNDED times the support's angular velocity are inaccurate because of
- * rounding. */
+/* Errors of an angular velocity are relative to its size or, if larger, to NEGLIGIBLE times the
+ * largest angular velocity. On a rotating support, errors are relative to at least ROUNDED times
+ * the angular velocity of the support, which is rounded. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */
