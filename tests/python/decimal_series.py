@@ -89,7 +89,7 @@ class Series:
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
     def _pull(self):
-        """Return the Taylor coefficients of the effective gravity on the shaken support."""
+        """Return the Taylor coefficients of the effective gravity on a shaken support."""
         amplitude, rate, phase = self.shaking
         pull = [self.gravity] + [Decimal(0)] * ORDER
         if amplitude:
@@ -101,10 +101,10 @@ class Series:
         return pull
 
     def _momentum_rates(self, m, w, p, v, n):
-        """Return the n-th Taylor coefficients of the time derivative of the body momentum.
+        """Return the n-th Taylor coefficients of the rate of the momentum in the body frame.
 
-        `w` is the angular velocity in the inertial frame, and `v` is relative to the support. `p`
-        is the vertical times gravity.
+        `w` and `v` are the angular velocities relative to inertial space and relative to the
+        support. `p` is the vertical unit vector multiplied by the effective gravity.
         """
         torque = []
         for i in range(3):
@@ -148,7 +148,7 @@ class Series:
         return q, m
 
     def _choose_step(self, q, m):
-        """Return a step for which the last two terms of each series are below the last digit."""
+        """Return a step size for which the last two terms of each series are negligible."""
         span = math.inf
         for rows in (q, m):
             size = max(abs(row[0]) for row in rows) or Decimal(1)
@@ -159,7 +159,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Advance to the time `t`, and return decimal attitude and momentum in the space frame."""
+        """Advance to the time `t`, and return the attitude and momentum in the space frame."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))
@@ -185,7 +185,7 @@ class Series:
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between the decimal attitude `q` and the attitude `high` + `low`."""
+    """Return the angle between two attitudes, the second of which is `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]

@@ -1,4 +1,4 @@
-"""Runs of the command line that are interrupted, saved and resumed."""
+"""Tests of command-line runs that are interrupted, saved and resumed."""
 
 import errno
 import os

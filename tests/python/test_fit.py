@@ -1,4 +1,4 @@
-"""Tests of kreisel.fit: values, errors, undetermined directions, bounds and units."""
+"""Tests of the values, errors and bounds of kreisel.fit."""
 
 import pickle
 import runpy
@@ -367,11 +367,7 @@ def test_a_fit_can_be_plotted(fit):
 
 
 def test_the_centre_of_mass_stays_on_the_side_of_the_guess():
-    """Check that a fit keeps the centre of mass on the side given by the guess.
-
-    A gyroscope cannot distinguish this motion from its twin, in which centre of mass and vertical
-    are reversed.
-    """
+    """Reversing both the vertical and the centre of mass does not change gyroscope data."""
     body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
     up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
     assert up.values["com_z"] > 0.0 > down.values["com_z"]
