@@ -1,4 +1,7 @@
-"""Private names of the package that tests use. No other test module imports private names."""
+"""The private names of the package that are used in tests.
+
+No other test module may import private names.
+"""
 
 import numpy as np
 from kreisel import _cli as cli
