@@ -35,7 +35,7 @@ def step_from(scene, name, step, turned, pushed):
 def form(m):
     """Return the matrix of the symplectic form in the space frame.
 
-        <dm, turn'> - <dm', turn> + <m, turn x turn'>
+    <dm, turn'> - <dm', turn> + <m, turn x turn'>
     """
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
