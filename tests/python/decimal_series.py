@@ -1,12 +1,12 @@
 """A Taylor-series solution of the equations of motion in decimal arithmetic.
 
-The equations of motion are written in the body frame. Along the principal axes, the momentum M,
-the vertical P, the angular velocity w and the angular velocity u of the support satisfy
+The equations of motion are written in the body frame. Along the principal axes, the momentum M, the
+vertical P, the angular velocity w and the angular velocity u of the support satisfy
 
     M' = M x w + (mass gravity + s) P x com - D (w - u),    P' = P x (w - u),    u' = u x (w - u)
 
 Here s = -mass amplitude rate^2 cos(rate t + phase) is the contribution of a shaken support. The
-solution shares no code with the library and serves as a reference for the library's results.
+solution shares no code with the library and serves as an independent reference.
 """
 
 import math
@@ -101,10 +101,10 @@ class Series:
         return pull
 
     def _momentum_rates(self, m, w, p, v, n):
-        """Return the n-th Taylor coefficients of the rate of the momentum in the body frame.
+        """Return the n-th Taylor coefficients of the time derivative of the angular momentum.
 
-        `w` and `v` are the angular velocities relative to inertial space and relative to the
-        support. `p` is the vertical unit vector multiplied by the effective gravity.
+        `w` is the angular velocity, and `v` is the angular velocity relative to the support. `p` is
+        the vertical unit vector multiplied by the effective gravity.
         """
         torque = []
         for i in range(3):
@@ -185,7 +185,7 @@ class Series:
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between two attitudes, the second of which is `high` + `low`."""
+    """Return the angle between the attitudes `q` and `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]

@@ -1,4 +1,4 @@
-"""Scenes and records for the tests of kreisel.fit."""
+"""Scenes and simulated measurements for the tests of kreisel.fit."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""The public API: every callable by name, with its parameters."""
+"""The callables of the public API with their parameters."""
 
 import dataclasses
 import inspect
@@ -95,7 +95,7 @@ RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in
 
 
 def calls():
-    """Return the factories and parameters of each public callable, by name."""
+    """Return all public callables and their parameters by name."""
     found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
@@ -132,10 +132,6 @@ def members(cls):
 
 
 def member(cls, name, found):
-    """Return functions that create a bound method, and the parameters of the method.
-
-    A property is treated as a method without parameters.
-    """
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):

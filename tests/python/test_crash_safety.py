@@ -147,7 +147,6 @@ KINDS = ["run", "path", "table", "scene", "page", "part"]
 
 
 def make_writers(folder):
-    """Return the path and two writing functions for each kind of file."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
     for scene in (top, other):
@@ -170,7 +169,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Write a file with each function, and return the contents and the longest time [s]."""
+    """Return the contents written by each function, and the longest writing time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()

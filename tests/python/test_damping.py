@@ -26,7 +26,7 @@ TIMES = [0.5, 2.0, 7.0]
 
 
 def rates(t, y):
-    """Return the time derivatives in the body frame for a general inertia tensor."""
+    """Return the time derivatives of the attitude and of the angular velocity."""
     q, w = y[:4], y[4:]
     x = kr.quaternion
     inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)

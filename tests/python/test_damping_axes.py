@@ -54,7 +54,7 @@ def states_of(scene, times):
 
 
 def assert_agrees(path, states, tolerance):
-    """Compare `path` with decimal attitudes and momenta."""
+    """Compare `path` with states computed in decimal arithmetic."""
     low = path.q_low if path.q_low is not None else np.zeros_like(path.q)
     for i, (q, m) in enumerate(states):
         assert attitude_error(q, path.q[i], low[i]) < tolerance

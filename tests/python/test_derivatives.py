@@ -66,7 +66,6 @@ def differences(scene, name, component, values_at, step=2.0**-9):
 
 
 def state_changes(reference):
-    """Return a function that computes momenta, and rotations relative to `reference`."""
     w, v = reference[:, 1:2], reference[:, 2:5]
 
     def values_at(block, states, low):

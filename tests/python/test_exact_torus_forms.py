@@ -14,7 +14,7 @@ import pytest
 
 @dataclass(frozen=True)
 class Form:
-    """A closed form and an example of a top."""
+    """A closed form and a top that it describes."""
 
     result: type
     scene: kr.Scene

@@ -79,7 +79,7 @@ def test_a_stopped_search_leaves_a_valid_path(most, end):
 
 
 def turning_over():
-    """Return a free body whose errors are largest while it flips over."""
+    """Return a free body whose errors are largest when it flips over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 

@@ -213,7 +213,7 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_every_long_call(kind):
-    """Check that SIGINT ends each call that would otherwise run very long."""
+    """Check that SIGINT ends calls that would otherwise run very long."""
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
     states, reached = map(float, done.stdout.split())

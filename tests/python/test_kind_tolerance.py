@@ -1,4 +1,4 @@
-"""Tests that rounding errors do not change the integrable case of a body."""
+"""Tests that rounding errors do not affect which integrable case a body belongs to."""
 
 import kreisel as kr
 import numpy as np

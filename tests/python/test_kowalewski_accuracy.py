@@ -1,6 +1,6 @@
 """Accuracy tests of the closed form for numerically difficult Kowalewski tops.
 
-The tops include the worst of 10,000 random tops of validation/studies/torus_accuracy.py.
+The tops include the worst of 10,000 random tops examined by torus_accuracy.py.
 """
 
 import kreisel as kr
@@ -11,7 +11,7 @@ import pytest
 def make_top(odd, com, gravity, momentum, attitude):
     """Return a Kowalewski top whose smallest moment of inertia belongs to a given axis.
 
-    `odd` contains the index and the value of this moment.
+    `odd` contains the index and the value of the smallest moment.
     """
     axis, unit = odd
     moments = [2.0 * unit] * 3

@@ -48,8 +48,8 @@ def error(scene, method, step):
 def test_bobenko_suris4_refuses_steps_beyond_its_series():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    E and the torque are divided by the transverse moment I1, and E excludes the spin energy. E is
-    the modified energy, which differs from the energy by a few per cent.
+    The modified energy E excludes the spin energy and differs from the energy by a few per cent. E
+    and the torque are divided by I1.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -76,8 +76,8 @@ def test_bobenko_suris4_refuses_steps_beyond_its_series():
 def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     """Check that excessively large step sizes are rejected.
 
-    A step h is rejected if h^2 |A| divided by the smallest moment exceeds 2. A step is also
-    rejected if the body could turn by more than `most` [rad].
+    A step h is rejected if h^2 times the largest torque exceeds twice the smallest moment. A step
+    is also rejected if the body could turn by more than `most` [rad].
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):

@@ -14,7 +14,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return all pairs of a method with the given flags and an applicable body."""
+    """Return all applicable pairs of a method and a body for the given flags."""
     return [
         (name, body)
         for name, method in kr.methods.items()

@@ -18,7 +18,7 @@ NAMES = [*kr.methods, "taylor 16", "taylor 20", "taylor 30"]
 
 
 def start(name, **more):
-    """Return a new run whose method and digits are given as in "taylor 30"."""
+    """Return a new run for a specification such as "taylor 30"."""
     method, _, digits = name.partition(" ")
     words = words_for(method) | ({"digits": int(digits)} if digits else {}) | more
     return kr.start(scene_for(method), method, **words)

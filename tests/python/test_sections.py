@@ -1,4 +1,4 @@
-"""Tests of sections of ensembles against known sections."""
+"""Tests of Poincare sections of ensembles against known results."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Tests that calls with plain numbers need only a single call of the core."""
+"""Tests that calls with plain numbers invoke the core only once."""
 
 import copy
 import pickle

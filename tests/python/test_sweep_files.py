@@ -350,7 +350,6 @@ def test_a_damping_of_one_number_applies_to_all_axes():
     ],
 )
 def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
-    """Check that reading a plan does not loop over all of its parts."""
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)
