@@ -30,7 +30,7 @@ __all__ = [
 
 
 def solid_of(body):
-    """Return the solid that plots draw for a body.
+    """Return the solid that represents a body in plots.
 
     Requires matplotlib.
     """

@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return the module names that several files below `tree` share, with these files."""
+    """Return each repeated module name with its files."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:
@@ -89,7 +89,7 @@ def find_repeated_basenames(tree):
 
 
 def report():
-    """Print the measures of each tree and all violations of the rules."""
+    """Print the measures and all violations of the rules."""
     for tree in TREES:
         texts, found = docstrings(tree), names(tree)
         openers = [place for place, text in texts if has_banned_opener(text)]

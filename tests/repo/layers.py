@@ -96,7 +96,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """Return the file of a module in a list, which is empty for external modules."""
+    """Return the file of a module as a list, which is empty for external modules."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):
@@ -105,7 +105,7 @@ def module(words):
 
 
 def circle(arrows):
-    """Return a cyclic chain of dependencies, or an empty list."""
+    """Return a cycle of dependencies, or an empty list if there is none."""
     state, way = {}, []
 
     def visit(file):

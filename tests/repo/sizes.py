@@ -135,7 +135,7 @@ def compile_library(folder, compiler, level, options):
 
 
 def link_program(folder, compiler, level, text, library):
-    """Compile a program, link it with the library, and return the program."""
+    """Compile and link a program, and return its path."""
     source, program = Path(folder) / "program.c", Path(folder) / "program"
     source.write_text(text)
     linking = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", library, "-lm"]
@@ -150,7 +150,7 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level, rows=ROWS):
-    """Return the program size [kB] for each row of the table, or None without a compiler."""
+    """Return the sizes of the programs [kB], which are None if no compiler is installed."""
     compiler = find_compiler(processor)
     if compiler is None:
         return [None for _ in rows]

@@ -39,7 +39,7 @@ def write_files(folder):
 
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory):
-    """Return the folder into which the page's commands install the library."""
+    """Return the folder in which the page's commands install the library."""
     need("cmake", "cc")
     folder = tmp_path_factory.mktemp("installed")
     variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])

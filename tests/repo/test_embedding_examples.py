@@ -108,7 +108,7 @@ def read_game(name, output):
 
 
 def check_push(output):
-    """Check the changes of energy and momentum against the impulse of the push."""
+    """Check the changes of energy and momentum caused by an impulse."""
     impulse, lever, momentum = np.array([0.0, 0.2, 0.0]), 0.1, 100 * 0.002
     tilt, rate, angle = solve_lagrange(0.5, momentum=momentum, **GAME)
     c, s = np.cos(tilt), np.sin(tilt)

@@ -1,6 +1,6 @@
 """Tests that follow the recipes of ARCHITECTURE.md in a copy of the repository.
 
-Each recipe must list all necessary changes. Other recipes are tested in
+Each recipe in ARCHITECTURE.md must list all necessary changes. Other recipes are tested in
 tests/viewer/test_page_recipes.py and tests/report/test_parts.py.
 """
 

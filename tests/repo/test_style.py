@@ -22,7 +22,7 @@ PYTHON = [
 
 
 def sources(*endings):
-    """Return the source files that git tracks or would add."""
+    """Return the source files that git tracks or does not ignore."""
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *endings]
     names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return [ROOT / name for name in names.splitlines() if (ROOT / name).is_file()]
