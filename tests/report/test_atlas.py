@@ -1,4 +1,4 @@
-"""Tests of the stability atlas and of random and published tops.
+"""Tests of the methods' stability for many kinds of tops.
 
 No assertion depends on run times.
 """
@@ -161,7 +161,7 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def make_faulty_candidates(fault):
-    """Return a function that lists all methods with a fault added to each of them."""
+    """Return a function that lists all methods, each with an artificial fault."""
 
     def list_faulty_candidates(scene, radians):
         return [

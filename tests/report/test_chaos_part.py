@@ -1,4 +1,4 @@
-"""Tests that theory and sections describe the same tops."""
+"""Tests that theoretical predictions and Poincare sections describe the same tops."""
 
 import csv
 import io

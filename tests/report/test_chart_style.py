@@ -63,7 +63,7 @@ class Run:
 
 
 def test_leading_methods_have_their_own_colour_in_small_figures(monkeypatch):
-    """Check that each label has the colour and the marker of its line."""
+    """Check that labels have the colours and markers of their lines."""
     drawn = []
     monkeypatch.setattr(
         cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"

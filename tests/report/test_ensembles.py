@@ -106,7 +106,7 @@ def test_ratios_are_medians_of_rounds():
 
 
 def test_the_tightest_common_error_is_reached_by_both_programs():
-    """Check programs whose error is not smallest at the tightest tolerance."""
+    """Check programs whose smallest error does not occur at the tightest tolerance."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
     target = equal_error.tightest_common_error(straight, scattered)
@@ -126,7 +126,7 @@ def test_the_map_shows_sleeping_tops():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_members_are_as_accurate_as_their_single_runs(kind):
-    """Compare errors in units of the effect of one initial rounding error."""
+    """Compare errors in units of the error caused by one initial rounding error."""
     tops = tops_of.draw_tops(kind, 200)
     true, unit = tops_of.compute_truths(tops), tops_of.compute_conditioning(tops)
     closed = [("exact", Setting())] if kind == "Lagrange" else []

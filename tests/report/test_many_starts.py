@@ -38,7 +38,7 @@ def test_a_start_keeps_the_character_of_the_motion():
 
 
 def make_findings(times, scene="thesis"):
-    """Return findings for one scene with the given computing times.
+    """Return results for one scene with the given computing times.
 
     An infinite time means that the program fails.
     """
@@ -53,9 +53,9 @@ def make_findings(times, scene="thesis"):
 
 
 def test_the_conclusion_states_the_ratios_of_the_figure():
-    """Check the ratios of medians when some of the starts fail.
+    """Check the ratios of medians when some programs fail.
 
-    GSL and SciPy fail on half of the starts, which the conclusion must mention.
+    GSL and SciPy fail on half of the initial states, which the conclusion must mention.
     """
     programs = list(many_starts.list_programs())
     titles = list(many_starts.list_programs().values())

@@ -1,4 +1,4 @@
-"""Tests that the stability atlas detects artificial faults in every method.
+"""Tests that the report detects artificial faults in every method.
 
 A faulty result must be classified as silently wrong. An error shared by both runs cannot be
 detected by a user.
@@ -74,7 +74,7 @@ SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
 def make_faulty_candidates(led_on):
-    """Return a function that lists every method with every fault."""
+    """Return a function that lists all methods with all artificial faults."""
 
     def run_of(who):
         def run(problem, scene, times, setting):
@@ -109,7 +109,7 @@ def make_faulty_candidates(led_on):
 
 @cache
 def find_cells(family):
-    """Return the results of all completed runs by fault and method."""
+    """Return the results of completed runs, grouped by fault and method."""
     led_on = family not in FAMILIES
     case = (
         Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
@@ -186,7 +186,7 @@ def make_faulty_closed_form(name, fault):
 
 @cache
 def find_late_cells():
-    """Return the results of faulty closed forms at a late time.
+    """Return the results of closed forms with artificial faults at a late time.
 
     One of the faults is a relative error of the time.
     """
@@ -201,13 +201,13 @@ def find_late_cells():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_faults_of_closed_forms_are_silent_at_late_times(fault):
-    """Check that faults are silent unless initial rounding errors could explain them."""
+    """Check that faults are classified as silently wrong unless rounding errors explain them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert is_silent(find_late_cells()[fault]) != told_by_data
 
 
 def test_all_methods_refuse_unresolvable_times():
-    """Check that every method refuses a time at which doubles cannot resolve the attitude.
+    """Check that every method rejects a time at which doubles cannot resolve the attitude.
 
     A run that ends too early must be classified as lost.
     """
