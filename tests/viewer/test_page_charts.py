@@ -157,7 +157,8 @@ def test_charts_of_integrals_show_changes_and_others_show_values(page, each):
 def read_table(page):
     """Return the displayed values and changes of the integrals of motion.
 
-    The integrals are the energy, the vertical and axial momentum, and K or G if conserved.
+    The integrals are the energy, the vertical and axial momentum, and a fourth integral if one is
+    conserved.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -172,7 +173,7 @@ def read_table(page):
 
 
 def compute_table(path):
-    """Return the values that the table should show for a path."""
+    """Return the values that the viewer's table should show for a path."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))

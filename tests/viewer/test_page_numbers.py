@@ -439,7 +439,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the precession period in each of several exercises."""
+    """Return the precession periods of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")
