@@ -1,4 +1,4 @@
-"""Tests of the commands of the command line."""
+"""Tests of the command-line interface."""
 
 import csv
 import importlib

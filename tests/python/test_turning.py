@@ -53,7 +53,7 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
 def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
     """Compare a turning support with a support at rest.
 
-    The axis of rotation is vertical unless gravity is zero.
+    The support turns about a vertical axis unless gravity is zero.
     """
     for turning, gravity in ((ABOUT_E3, 1.3), (TURNING, 0.0)):
         still = kr.Scene(BODIES[name], **{**START, "gravity": gravity})

@@ -166,7 +166,7 @@ def measure_column(folder, processor, level, rows=ROWS):
 
 
 def measure():
-    """Return the sizes for all columns of the table."""
+    """Return all columns of the table of sizes."""
     columns = []
     for column in COLUMNS:
         with tempfile.TemporaryDirectory() as folder:

@@ -51,7 +51,7 @@ def make_viewport(size):
 
 
 def is_trouble(message):
-    """Return True if a message is an error or warning, except notes on slow software rendering."""
+    """Return True if a console message is a relevant error or warning."""
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 

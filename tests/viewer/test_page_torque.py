@@ -1,4 +1,4 @@
-"""Tests of the drawn weight, torque and path of the momentum."""
+"""Tests of the arrows for weight and torque, and of the path of the momentum."""
 
 import kreisel as kr
 import numpy as np
