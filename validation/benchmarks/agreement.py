@@ -2,13 +2,13 @@
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-The motion of each top is computed by kr.solve, in an ensemble, by kr.stream, and by a run that is
-saved and resumed. Events, sections, tangents and Lyapunov exponents are computed as well. All of
-them use the default precision. The reference solution is the Taylor series with 20 digits. An
-attitude may deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The
-conditioning is the angle by which the attitude changes if each initial value and parameter changes
-by one rounding error. The program prints a line for each family and each disagreement. The program
-exits with status 1 if any results disagree.
+The motion of each top is computed in four ways: with kr.solve, in an ensemble, with kr.stream, and
+in a run that is saved and resumed. Events, sections, tangents and Lyapunov exponents are computed
+as well. All computations use the default precision. The reference solution is the Taylor series
+with 20 digits. The attitude error must not exceed a small multiple of the conditioning plus a
+constant. The conditioning is the angle by which the attitude changes if each initial value and
+parameter changes by one rounding error. The program prints a line for each family and each
+disagreement. The program exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -146,7 +146,7 @@ REGULAR = {"sleeping", "steady_precession", "lagrange_in_rotated_axes", "kowalew
 
 
 class Reference:
-    """The 20-digit path of a scene with its tangents, and the deviation allowed for each state."""
+    """The 20-digit reference path of a scene, and the attitude error allowed at each time."""
 
     def __init__(self, scene, times):
         self.scene, self.t = scene, times
@@ -209,7 +209,7 @@ def apex_range(scene):
 
 
 def is_generic(scene):
-    """Return False if the apex is almost at rest, so that rounding errors cause its extrema."""
+    """Return False if the apex of a top hardly moves, because rounding errors then dominate."""
     return apex_range(scene) > 1e-8
 
 
@@ -251,7 +251,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return the largest ratio of deviation to allowed deviation, for each public function."""
+    """Return the largest ratio of the error to the allowed error, for each public function."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}

@@ -2,9 +2,9 @@
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-A few calls precede the counted call as a warm-up. The table also counts the source files that are
-entered, and how often execution re-enters a file after leaving it. Calls into NumPy, the standard
-library and the core are not counted, nor are calls on other threads.
+The function is called a few times before its calls are counted. The program also counts the source
+files used, and how often the interpreter changes from one to another. Calls into NumPy, the
+standard library and the core are not counted, nor are calls on other threads.
 """
 
 import argparse
@@ -27,7 +27,7 @@ REDUCTIONS = {"nutation": ("min", "max")}
 
 
 def solve_scene() -> object:
-    """Solve one scene at one time."""
+    """Solve the equations of motion of one top for a single time."""
     return kr.solve(kr.scenes.thesis, [1.0])
 
 
@@ -49,7 +49,7 @@ def solve_ensemble() -> Callable[[], object]:
 
 
 def sweep_part() -> object:
-    """Run a sweep that consists of one part, and read one column of its result."""
+    """Run a small sweep and read one column of its result."""
     spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
     source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
     with tempfile.TemporaryDirectory() as folder:
@@ -68,7 +68,7 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 @contextmanager
 def record_calls() -> Iterator[list[str]]:
-    """Yield a list that receives the source file of each function called in the package."""
+    """Record the source file of each call of a Python function in the package."""
     files: list[str] = []
 
     def note(frame: FrameType, event: str, _: Any) -> None:
@@ -83,7 +83,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Return the numbers of calls, files and re-entries into files, after a warm-up."""
+    """Return the numbers of calls, of source files, and of repeated visits to them."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:
@@ -93,7 +93,7 @@ def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
 
 
 def main(words: list[str] | None = None) -> None:
-    """Print a line for each case."""
+    """Count the calls of each benchmark, and print them as a table."""
     parser = argparse.ArgumentParser(
         prog="python -m validation.benchmarks.calls_profile",
         description=__doc__.splitlines()[0],

@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Draw principal moments ratio : ratio : 1, their unit, a centre of mass, gravity and attitude.
+    """Draw a random body with two equal principal moments, and values of gravity and attitude.
 
     The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
     equal axes or between them.
@@ -77,7 +77,7 @@ def draw(number, rng):
 
 
 def make_top(inertia, com, gravity, attitude, momentum, time):
-    """Return a top with plain floats, and with the time rounded to a multiple of 2^-20."""
+    """Return a top with values of type float and a final time that is a short binary fraction."""
     return Top(
         *(tuple(map(float, x)) for x in (inertia, com)),
         gravity,
@@ -137,7 +137,7 @@ def main(words=None):
 
 
 def compute_rows(draw, count, seed):
-    """Return the C source lines for `count` tops drawn by `draw`, with their final states."""
+    """Draw random tops, and return their initial and final states as lines of C source."""
     rng, move, rows = np.random.default_rng(seed), integrator(), []
     for number in range(count):
         top = draw(number, rng)

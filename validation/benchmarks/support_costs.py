@@ -1,12 +1,12 @@
-"""The cost of a step with a rotor, a moving support, friction or damping, over that of a plain top.
+"""The cost of rotors, moving supports, friction and damping per integration step.
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-The ratio compares the processor times of one step of the method taylor in Python, for the same body
-with and without the rotor, motion of the support, friction or damping. Plain tops and others run in
-turn, and the median of the ratios is printed. An ensemble has `MEMBERS` tops on one thread. Plain
-members and those with rotors run in lanes, the others one by one. Therefore the ratio to plain tops
-that run one by one is printed, too.
+The program compares the processor time per step of a body with and without each of these effects.
+The two bodies are timed alternately, and the median of the ratios is printed. The program also
+times ensembles of tops on one thread. Ensembles of tops without support motion, friction or damping
+use SIMD instructions. Other ensembles are therefore also compared with tops that are integrated
+individually.
 """
 
 import argparse
@@ -35,7 +35,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return the plain scene of a kind of body, and scenes with one additional parameter."""
+    """Return a scene without additional effects, and one scene for each effect."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))
@@ -43,7 +43,7 @@ def make_scenes(kind):
 
 
 def make_ensemble(scene):
-    """Return an ensemble of tops whose starts differ slightly."""
+    """Return an ensemble of tops with slightly different initial momenta."""
     momentum = np.array(scene.momentum) + np.linspace(0.0, 1e-3, MEMBERS)[:, None]
     return scene.vary(momentum=momentum)
 
@@ -56,14 +56,14 @@ def time_single(scene, digits, share):
 
 
 def time_members(tops, digits, share):
-    """Return the processor time of a step of a member [s]."""
+    """Return the processor time per step of one top in an ensemble [s]."""
     begin = time.process_time()
     paths = kr.solve(tops, share * SPAN[digits], "taylor", digits=digits, threads=1)
     return (time.process_time() - begin) / paths.steps.sum()
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return the median ratio of each of `others` to `plain`, and the median time of `plain`."""
+    """Return the median time ratio of each scene to `plain`, and the median time of `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():

@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.viewer_speed
 
-Each frame advances the motion by 1/60 of a unit of time. The program prints the median and the
-maximum of several repetitions of each measurement. For drags, the program also prints the 99th
-percentile, and the longest processor time of the viewer's thread for one event. On a busy machine,
-durations include time spent waiting for the processor.
+Each frame advances the simulation by 1/60 of a unit of time. Each measurement is repeated several
+times, and the program prints the median and the maximum. For mouse drags, the program also prints
+the 99th percentile and the longest processor time of a mouse event. On a busy machine, durations
+include time spent waiting for the processor.
 """
 
 import argparse
@@ -92,7 +92,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Return the time until the first picture, and the processor time of the viewer's thread."""
+    """Return the time until the viewer has drawn its first frame, and the processor time used."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})

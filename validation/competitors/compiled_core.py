@@ -1,6 +1,6 @@
-"""The compiled core of the installed package: its file, and the bytes of scenes for calls from C.
+"""The shared library of the installed package, and C structs for direct calls of its functions.
 
-This is the only file of validation that uses private names of a scene.
+No other module of `validation` uses private attributes of a scene.
 """
 
 from pathlib import Path

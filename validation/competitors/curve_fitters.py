@@ -19,7 +19,7 @@ TOLERANCE = 1e-9
 
 
 def read_parameters(scene):
-    """Return the ten parameters of a scene with the centre of mass on the third axis."""
+    """Return the ten fit parameters of a top: attitude, angular velocity, moments and lever arm."""
     turn = Rotation.from_quat(scene.attitude_xyzw).as_rotvec()
     velocity = kr.solve(scene, [0.0]).body_velocity[0]
     return np.concatenate((turn, velocity, scene.body.moments, scene.body.com[2:]))

@@ -1,7 +1,7 @@
 """The cost per top of ensembles, compared at equal error.
 
-In each round, all programs (`Mover`) run in turn. The time at a given median error is interpolated
-between a program's settings, linearly in the logarithms.
+In each round, all integrators run one after the other. The time at a given median error is
+interpolated between a program's settings, linearly in the logarithms.
 """
 
 from dataclasses import dataclass
@@ -36,8 +36,8 @@ class Run:
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     """Run all programs at all settings, and return the runs with their errors and times.
 
-    All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
-    the same time. Errors are measured for the tops that have reference solutions.
+    All runs are interleaved, so that changes in the load of the machine affect them equally. Errors
+    are measured only for tops with a reference solution.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -81,15 +81,14 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both programs reach, with a safety factor."""
+    """Return an error that both integrators reach, near the smallest one possible."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
-    """Return the seconds per top at a median error, for each round, or nan for unreached errors.
+    """Return the seconds per top needed for a median error, one value per round.
 
-    The error of a setting is the largest error of this setting and all tighter settings. If the
-    loosest setting already meets the error, the time of this setting is returned.
+    If the error cannot be reached, the result is nan.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
@@ -101,9 +100,9 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median over the rounds of the time ratio of `other` to `own`, and both times [s].
+    """Return the median time ratio of `other` to `own` at equal error, and both median times [s].
 
-    All results are nan if one of the two programs does not reach the error.
+    All results are nan if one of the integrators does not reach the error.
     """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]

@@ -54,8 +54,8 @@ def commit_name():
 def fingerprint(*more):
     """Return a list of all conditions that influence measurements.
 
-    The list contains a hash of the code and data, the machine, the commit, the versions, and
-    `more`.
+    The list contains a hash of code and data, the machine, the commit, the versions, and the
+    strings `more`.
     """
     here = Path(__file__).parents[1]
     files = [

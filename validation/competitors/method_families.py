@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return {title: (methods of the family, other integrators in the same figure)}."""
+    """Return a dictionary from figure titles to methods and other integrators."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {

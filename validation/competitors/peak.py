@@ -16,7 +16,7 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 def measure_peak():
     """Return the highest rate of fused multiply-adds on one core [1/s], counting two per operation.
 
-    Returns None without a C compiler.
+    Returns None if no C compiler is available.
     """
     compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
     if compiler is None:
@@ -32,10 +32,10 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations in the series products of a path.
+    """Return the number of floating-point operations in all products of Taylor series along a path.
 
-    For each product of two series, a term of order n takes n products of coefficients. Each product
-    takes a fused multiply-add, which counts as two operations. All other operations are ignored.
+    The n-th coefficient of a product of two series is a sum of about n products. Each product takes
+    a fused multiply-add, which counts as two operations. All other operations are ignored.
     """
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

@@ -1,11 +1,11 @@
 """Runs of one top at one setting, by all methods of kreisel and two other integrators.
 
-A contender is a method or another integrator, and creates runs. A run has the following interface.
-The timed method `solve()` returns the final attitude. `attitude()` converts the final attitude to
-the principal axes. `record(times)` returns the attitudes and momenta at `times`. `steps` is the
-number of steps. `evaluations` counts evaluations of the right-hand side or of the torque. Either
-number is None if the method has no such number. `setup` is the preparation time [s], or None
-without preparation.
+A method of kreisel, or another integrator, creates objects with the following attributes and
+methods. The timed method `solve()` returns the final attitude. `attitude()` returns the final
+attitude with respect to the principal axes. `record(times)` returns the attitudes and momenta at
+`times`. `steps` is the number of steps. `evaluations` counts evaluations of the right-hand side or
+of the torque. A count that has no meaning for a method is None. `setup` is the preparation time
+[s], or None without preparation.
 """
 
 import math
@@ -29,14 +29,14 @@ DOP853_STAGES = 12
 
 @dataclass(frozen=True)
 class Setting:
-    """The control parameter of a run: a step size, a tolerance, or neither for a closed form."""
+    """The accuracy setting of a run: a step size, a tolerance, or neither for a closed form."""
 
     step: float = None
     tol: float = None
 
     @property
     def keywords(self):
-        """The setting as keyword arguments of kr.solve."""
+        """The step size or tolerance as keyword arguments of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
     def __str__(self):
@@ -66,7 +66,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """A run of heyoka in its fastest form: seven equations with constants, not in compact mode."""
+    """An integration by heyoka, with the constants of the body compiled into the equations."""
 
     evaluations = None
 
@@ -162,7 +162,7 @@ def compile_general_heyoka(tol, coefficients):
 
 
 def series_order(tol):
-    """Return the order of heyoka's Taylor series, which is the number of evaluations per step."""
+    """Return the order of heyoka's Taylor series for a given tolerance."""
     return math.ceil(1 - math.log(tol) / 2)
 
 

@@ -1,6 +1,6 @@
-"""Timing on a noisy machine: in each round, every call runs once.
+"""Interleaved timing of several functions on a noisy machine.
 
-Other load on the machine then slows all calls equally.
+All functions are called in each round, so that other load on the machine slows them equally.
 """
 
 import gc
@@ -38,7 +38,7 @@ def time_sample(call, seconds):
 
 
 def time_in_turn(calls, seconds, rounds, tick=lambda: None):
-    """Return the times of each call in all rounds, and True if Ctrl-C ended the rounds early.
+    """Return the run times of each function, and True if Ctrl-C ended the measurement early.
 
     `seconds` is the approximate duration of each call.
     """

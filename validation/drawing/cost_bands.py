@@ -17,8 +17,9 @@ WIDTH, LEFT, RIGHT, TOP, BELOW, PANEL, GAP = 6.0, 0.72, 1.5, 0.25, 0.5, 2.0, 0.3
 def draw_cost_bands(panels, own, label):
     """Draw a panel for each group of starts, with a line and a band for each program.
 
-    `panels` is {title: {program: (errors, median, lower and upper quantiles)}}. A line ends where
-    the upper quantile is infinite. `own` is the program that is drawn in colour.
+    `panels` maps a title to a dictionary of programs, each with errors, median times and two
+    quantiles. A line ends at the first error that too few runs reach. The line of the program `own`
+    is coloured.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
@@ -57,7 +58,7 @@ def draw_bands(axes, bands, own):
 
 
 def find_ends(bands, own):
-    """Return (program, end of the line, style) for each program that has a line."""
+    """Return the name, end point and style of the line of each program."""
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():

@@ -18,7 +18,7 @@ LEAST = 1e-17  # value drawn for an error of zero
 def collect_lines(groups, quantity, cost):
     """Return each method's costs and errors, from loose to tight settings, and the axis limits.
 
-    Both are empty if there are no measurements.
+    Both results are empty if there are no measurements.
     """
 
     def cost_and_error(row):
@@ -40,7 +40,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Return the point of a line with the smallest error."""
+    """Return the point with the smallest error on a line."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
@@ -90,7 +90,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the set of methods that are the fastest at some error."""
+    """Return the set of methods that are fastest for at least one value of the error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -115,7 +115,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw all methods in one panel: `named` in colours, `peers` in the text colour, others grey.
+    """Draw the lines of all methods in one panel, with the methods `named` in colour.
 
     Panels with the same list `named` use the same colour and marker for each method.
     """

@@ -1,4 +1,4 @@
-"""Figures of cumulative error distributions for many tops, with a line for each method."""
+"""Figures of cumulative error distributions over many tops, with a line for each method."""
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return label positions, ordered by error, so that no two labels overlap."""
+    """Return the positions of line labels, ordered by error and without overlap."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

@@ -1,4 +1,4 @@
-"""Figures of a quantity in a plane, as an image with one pixel per value."""
+"""False-colour images of a function of two variables."""
 
 from .style import INK, STYLE, figure_to_svg, plt
 

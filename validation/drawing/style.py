@@ -79,14 +79,14 @@ def set_power_ticks(axis, ticks=12):
 
 
 def axes_height(axes, y):
-    """Return the relative height of a value within the axes, from 0 to 1."""
+    """Return the vertical position of a value as a fraction of the height of the axes."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
 
 
 def spread_labels(heights, gap):
-    """Return ascending label heights, moved so that labels do not overlap or leave the axes."""
+    """Return the vertical positions of labels, moved so that no two labels overlap."""
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
@@ -101,7 +101,8 @@ def spread_labels(heights, gap):
 def label_ends(axes, ends):
     """Write labels to the right of the axes, each connected to the end of its line.
 
-    `ends` lists (name, end of the line, style). A label repeats the marker of the style, if any.
+    `ends` contains the label, end point and style of each line. The marker of a line is repeated
+    beside its label.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
@@ -138,7 +139,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colour and the marker of each line of a panel.
 
-    Lines of `peers`, the other integrators, are dashed, with hollow markers and in the text colour.
+    The other integrators `peers` have dashed lines and hollow markers in the text colour.
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]

@@ -22,10 +22,7 @@ def choose_colours(kinds):
 
 
 def draw_time_series(lines, quantity, label, colours):
-    """Draw a quantity of each line against time.
-
-    A line is a mapping with `method`, `kind`, and lists of `t` and of the quantity.
-    """
+    """Plot a quantity against time, with one line for each run."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)
         styles = {

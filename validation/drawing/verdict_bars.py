@@ -1,4 +1,4 @@
-"""Stacked bars that show how often each method gets each verdict in the atlas."""
+"""Stacked bar charts of the verdicts on each method."""
 
 import numpy as np
 
