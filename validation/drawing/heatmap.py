@@ -35,7 +35,7 @@ class Square:
 
     @property
     def text(self):
-        """The decimal exponent of the error, and the symbol, as the text of the square."""
+        """The text of the square, such as 9 for an error of 1e-9 rad, with the symbol."""
         return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property

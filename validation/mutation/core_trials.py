@@ -1,7 +1,7 @@
-"""Trials of mutants of the core, built for the baseline instruction set.
+"""Mutation tests of the C core, compiled for the baseline instruction set.
 
-The C tests run first, the fastest one first, then the C tests under sanitizers, and then the Python
-tests. Only files that include the changed file are recompiled.
+The C tests run first, then the C tests under sanitizers, and finally the Python tests. Only files
+that include the changed file are recompiled.
 """
 
 import os
@@ -37,9 +37,9 @@ def list_sources(root):
 
 
 def list_mutants(root, only=""):
-    """Return the mutants of all files of the core except the public header.
+    """Return the mutants of all C files except the public header.
 
-    The header contains only declarations.
+    The public header contains only declarations.
     """
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
@@ -168,7 +168,7 @@ class Trial:
 
 
 def list_programs(root):
-    """Return the sources of each C test program."""
+    """Return the names of the C test programs and their source files."""
     tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
     for name in GOLDEN:
         if (root / f"tests/c/{name}.txt").exists():
@@ -184,7 +184,7 @@ def compile_binding(root):
     """Compile the binding once and return its objects.
 
     The objects stay valid because the binding includes only the public header. The result is empty
-    if there is no binding.
+    if the source tree contains no binding.
     """
     files = sorted((root / "python").glob("*.cpp"))
     if not files:

@@ -1,4 +1,6 @@
-"""Branches that no test takes. Usage: `python -m validation.mutation.coverage core|package`.
+"""A list of the branches in the code that no test executes.
+
+Usage: `python -m validation.mutation.coverage core|package`.
 
 core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
          orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
@@ -61,7 +63,7 @@ def measure_core(tests):
 def build_with_counters(tree, objects):
     """Compile the core with branch counters, and without optimization, which would merge branches.
 
-    Code that is generated for each order, or inlined in several places, is counted as one function.
+    Code that is generated several times, or inlined in several places, is counted as one function.
     The counters are atomic because some tests use threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]

@@ -1,9 +1,9 @@
-"""The lines of the package that each test runs, and the duration of each test module.
+"""The lines of the Python package that each test executes.
 
 Each test module is measured separately, with the current test as the coverage context. All
-parameter sets of a test share one context, and fixtures have no context. The results are stored
-beside the copies of the tree. They stay valid until the test module changes, or a file that the
-module may use.
+parametrized cases of a test are recorded together, and fixtures are not recorded. The results are
+stored beside the copies of the tree. A result is measured again if the test module, or a file that
+the module may import, has changed.
 """
 
 import hashlib
@@ -42,10 +42,10 @@ class ModuleUsage:
         return counts
 
     def rank_tests(self, file, lines):
-        """Return (line count, module, test) for each test that runs at least one of `lines`.
+        """Return (line count, module, test) for each test that executes at least one of `lines`.
 
-        The line count is the number of lines that the test runs. A test that runs few lines usually
-        checks them more closely.
+        The line count is the total number of lines that the test executes. A test that executes few
+        lines usually checks these lines more closely.
         """
         tests = self.lines.get(file, {}).items()
         used = [test for test, own in tests if test != SET_UP and not lines.isdisjoint(own)]
@@ -56,7 +56,7 @@ class ModuleUsage:
 
 
 def measure_usage(root, modules, folder):
-    """Return the usage of each test module, measured in parallel on all processors."""
+    """Return the lines that each test module executes, measured in parallel on all processors."""
     folder.mkdir(parents=True, exist_ok=True)
     (root / "site/coverage.ini").write_text(SETTINGS)
     texts = compute_digests(root, modules)
@@ -74,7 +74,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """Return a digest of each test module, computed from its text and all files that it may use."""
+    """Return a hash of each test module together with the helper files of the tests."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()

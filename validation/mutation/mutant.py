@@ -1,4 +1,4 @@
-"""The class `Mutant`: one small change of one file."""
+"""A mutant, which is a small change to one source file."""
 
 import random
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Mutant:
-    """A change that replaces the characters [begin, end) of a file by the string `new`."""
+    """A mutant, in which `new` replaces the characters from `begin` to `end` of a file."""
 
     file: str  # path relative to the root of the tree, with slashes
     text: str
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name, which contains the line's text and so changes when the line is edited."""
+        """A unique name of the mutant, which contains the text of the changed line."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 

@@ -2,8 +2,8 @@
 
     python -m validation.mutation.mutate core|package
 
-Repeat the command to continue an interrupted run. With --again, mutants that survived earlier are
-tried once more.
+Repeat the command to continue an interrupted run. With --again, mutants that survived an earlier
+run are tested again.
 """
 
 import argparse

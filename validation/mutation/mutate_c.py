@@ -1,8 +1,7 @@
 """Mutants of a C source that is formatted by clang-format.
 
-Binary operators have spaces on both sides, unary operators have no space after them, and each
-statement begins on a new line. The mutations change operators, comparisons and constants, swap
-arguments, negate conditions and drop statements.
+The parser relies on the spaces and line breaks that clang-format produces. The mutations change
+operators, comparisons and constants, swap arguments, negate conditions and drop statements.
 """
 
 import re
@@ -79,7 +78,7 @@ def mutate_numbers(text, tokens):
 
 
 def is_array_size(tokens, i):
-    """Return True if the number at index `i` of the tokens is the size in an array declaration."""
+    """Return True if the number at index `i` is the size of an array in a declaration."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
     declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
     return len(words) == 3 and words[2] == "[" and bool(declares)

@@ -115,7 +115,7 @@ def is_docstring_or_yield(node):
 
 
 def lines_run_at_import(text):
-    """Return the lines that run when a file is imported, and so belong to no particular test."""
+    """Return the lines that are executed when a file is imported."""
     tree = ast.parse(text)
     inside = {
         line

@@ -1,6 +1,6 @@
-"""Trials of mutants of the Python package, by only those tests that run the changed line.
+"""Mutation tests of the Python package, using only the tests that execute the changed line.
 
-The tests that run the fewest lines come first. Browser tests are left out.
+Tests that execute few lines run first. Browser tests are left out.
 """
 
 import marshal
@@ -51,7 +51,7 @@ def list_test_modules(root):
 
 
 class Trial:
-    """A copy of the tree, together with the lines of the package that each test runs."""
+    """A copy of the source tree, with a list of the lines that each test executes."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -87,10 +87,10 @@ class Trial:
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
     def select_tests(self, mutant):
-        """Return two groups of tests that may kill a mutant, each as {test: module}.
+        """Return the tests that may detect a mutant, as two dictionaries from tests to modules.
 
-        The tests that run the fewest lines come first. Modules that run the line in their set-up
-        come last.
+        Tests that execute few lines come first. Modules that execute the changed line in their
+        set-up come last.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected

@@ -17,12 +17,12 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 
 
 class TrialError(Exception):
-    """The error raised if the tests fail on the unchanged tree."""
+    """Raised if a test fails before the code is changed."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A verdict (killed, survived, unbuilt or same), the failing test, and the time needed [s]."""
+    """The verdict of the tests on a mutant, the failing test, and the time taken [s]."""
 
     word: str
     by: str = ""
@@ -31,7 +31,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ProgramResult:
-    """The result of running a program: its status (0 for success), output and run time [s]."""
+    """The exit status, the output and the run time [s] of a program."""
 
     status: int | str
     said: str

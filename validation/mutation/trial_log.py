@@ -1,4 +1,4 @@
-"""A log of trials with one JSON object per line, so that a run can be continued."""
+"""A log file of mutation tests, from which an interrupted run can be continued."""
 
 import json
 from collections import Counter

@@ -1,7 +1,8 @@
 """The cases of the stability atlas: stiff and extreme tops, and extreme steps.
 
-The length of a run is given in turns. One turn takes 2 pi divided by the larger of the initial
-angular velocity and the pendulum frequency. A case may define another rate.
+The duration of each integration is given in turns. One turn takes 2 pi divided by the larger of the
+initial angular velocity and the pendulum frequency. Some test cases define a different angular
+velocity for this purpose.
 """
 
 from collections.abc import Callable
@@ -48,7 +49,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def scene_factory(body, tilt=0.5, **start):
-    """Return a function that creates the scene, for the field `Case.scene`."""
+    """Return a function without arguments that creates the scene."""
     words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
@@ -223,7 +224,7 @@ def antipodal_cases():
     """Yield cases in which one step rotates the axis to nearly the opposite direction.
 
     Bobenko-Suris rotates the axis by 2 atan(h |w| / 2) per step, which is always less than half a
-    turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods rotate
+    turn. The angle is `gap` less than half a turn if h |w| / 2 = cot(gap / 2). Other methods rotate
     the axis by h |w|.
     """
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
@@ -334,7 +335,7 @@ def stiff_cases():
 def damping_cases():
     """Yield damped tops.
 
-    The motion of these tops becomes slow, and the damping term is then stiff.
+    Damping slows the motion of these tops, and the damping term then makes the equations stiff.
     """
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
@@ -397,7 +398,7 @@ FAMILIES = {
 
 
 def list_cases(quick=False):
-    """Yield all cases, or the first two of each family."""
+    """Yield all test cases, or the first two cases of each family."""
     for make, _ in FAMILIES.values():
         made = list(make())
         yield from made[:2] if quick else made

@@ -31,7 +31,7 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A task, which computes one finding. The finding is not stored if `key` is None."""
+    """A computation for the report. The result is not stored if `key` is None."""
 
     key: str | None  # key under which the finding is stored
     make: Callable
@@ -40,7 +40,7 @@ class Task:
 
 
 class Clock:
-    """The elapsed time, and the number of tasks that were skipped for lack of time."""
+    """The time since the start, and the number of computations skipped for lack of time."""
 
     def __init__(self, budget):
         self.begin, self.budget, self.missed = perf_counter(), budget, 0
@@ -52,13 +52,13 @@ class Clock:
         return late
 
     def describe_missing(self):
-        """Return a sentence about skipped findings, or an empty string if none were skipped."""
+        """Return a message about skipped results, or an empty string if none were skipped."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
         return f"{number} skipped for lack of time; run again to add them" if self.missed else ""
 
 
 def run_tasks(tasks, store, budget, bar):
-    """Run the tasks without a stored result, in order, and return a note on skipped tasks."""
+    """Run all tasks without a stored result, and return a message about skipped tasks."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
     try:

@@ -1,14 +1,13 @@
-"""Calls for one top at equal error: kr.solve and a reused kr.Run, compared with heyoka.
+"""Run times of kreisel and heyoka for one top, compared at equal error.
 
-The package kreisel is called in two ways: kr.solve with a scene, and run.reset and run.to with a
-reused kr.Run. The integrator of heyoka is compiled once and reused, which is the fastest way to
-call heyoka. SciPy's DOP853 integrates a right-hand side that heyoka compiles. Times are processor
-times, which other programs hardly affect.
+Two ways to use kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The
+integrator of heyoka is compiled once and reused for all runs. SciPy's DOP853 integrates a
+right-hand side that heyoka compiles. Times are processor times, which other programs hardly affect.
 
-The error of a setting is the largest error of this setting and all tighter settings. The two
-settings on either side of an error are timed alternately. Times at the error are interpolated
-linearly in the logarithms. The tolerance of heyoka affects its runs only through the order of the
-series, so one setting per order is enough.
+The error at a tolerance is the largest error at this and all tighter tolerances. The next looser
+and the next tighter tolerance are timed alternately. Run times at a given error are interpolated
+linearly in the logarithms. Tolerances of heyoka that lead to the same order of the Taylor series
+give the same results, so only one of them is used.
 """
 
 import time
@@ -56,7 +55,7 @@ def make_solve_call(scene, end, tol):
 
 
 def make_reused_call(scene, end, tol):
-    """Return a call that resets a run to the scene's start and advances the run by `end`."""
+    """Return a function that restarts a run and integrates over the time `end`."""
     run = kr.start(scene, METHOD, tol=tol)
     momentum, attitude = scene.momentum, scene.attitude
 
@@ -118,23 +117,23 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return pairs (run, largest error of this and all tighter runs), from loose to tight."""
+    """Return pairs (run, error) in order of decreasing tolerance.
+
+    The error is the largest one of this run and all tighter runs.
+    """
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
 
 def select_bracket(ladder, target):
-    """Return the two settings on either side of an error, or one if all are on the same side.
-
-    Each setting is the loosest setting with its error.
-    """
+    """Return the runs with the next larger and the next smaller error than `target`."""
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
     above = ladder[i - 1][1] if i else None
     return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
 
 
 def interpolate(bracket, samples, target):
-    """Return the time at an error for each round [s]."""
+    """Return the interpolated run time at the error `target` for each round [s]."""
     runs = [
         equal_error.Run("", "", 1, error, error, error, seconds)
         for (_, error), seconds in zip(bracket, samples, strict=True)
@@ -148,7 +147,7 @@ def list_heyoka_runs(problem, end, orders):
 
 
 def time_function(problem, end, truth):
-    """Return a function that maps an error to the time of DOP853 [s] or None."""
+    """Return a function that estimates the run time of DOP853 for a given error [s]."""
     ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
     samples = [[processor_time(run.solve)] for run, _ in ladder]
 
@@ -187,7 +186,7 @@ def measure_scene(name, rounds, targets=TARGETS, quick=False):
 
 
 def measure_band(own, peers, target, rounds):
-    """Return the times of kreisel's two calls and of heyoka's call for the same error."""
+    """Return the run times of kr.solve, kr.Run and heyoka at the same error."""
     ours, theirs = select_bracket(own, target), select_bracket(peers, target)
     calls = {
         HEYOKA: [make_heyoka_call(run) for run, _ in theirs],
@@ -210,7 +209,7 @@ def measure_band(own, peers, target, rounds):
 
 
 def count_operations(run):
-    """Return the number of operations in the series products of a run of kreisel."""
+    """Return the number of floating-point operations in the Taylor series products of a run."""
     return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
@@ -249,7 +248,7 @@ def list_bands(found):
 
 
 def format_band(scene, band):
-    """Return a row of the table."""
+    """Return a row of the table of run times."""
     seconds, function = band["seconds"], band["function"]
     runs = count_paying_runs(band)
     return {

@@ -1,4 +1,4 @@
-"""Ensembles: the time per top at equal error, and an image of symmetric tops released at a tilt.
+"""Ensembles: run times per top at equal error, and an image of the nutation of symmetric tops.
 
 The other integrators are heyoka in batches, GSL and SciPy.
 """
@@ -38,7 +38,7 @@ ABOUT = {
 
 
 def compute_sleeping_map(side):
-    """Return the greatest nutation [rad] of released symmetric tops, by spin and tilt.
+    """Return the greatest nutation [rad] of symmetric tops, as a function of spin and initial tilt.
 
     An upright symmetric top with a spin above 4 [T^-1] is a sleeping top.
     """
@@ -76,9 +76,10 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield the times per top at each target error.
+    """Yield the run time per top at each target error.
 
-    kreisel's time is in microseconds. The times of the other libraries are relative to that time.
+    kreisel's time is in microseconds. The run times of other libraries are given as multiples of
+    kreisel's run time.
     """
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
@@ -132,7 +133,7 @@ def conclude(findings):
 def compare_movers(groups, own, target):
     """Return the error, kreisel's time per top [s], and heyoka's time relative to kreisel's.
 
-    The error is at least the smallest error that both programs reach.
+    The error is raised to the smallest error that both programs can reach, if necessary.
     """
     peer = groups[ensemble_runs.HEYOKA]
     target = max(target, equal_error.tightest_common_error(groups[own], peer))
@@ -162,7 +163,7 @@ def describe_kind(each):
 
 
 def build_lead(findings):
-    """Return the advice for many tops: kreisel's fastest method by kind, and heyoka's ratio."""
+    """Return the recommended methods for ensembles, and their speed relative to heyoka."""
     lines = []
     for each in findings["kinds"]:
         own = next(name for name in ensemble_runs.OWN if name in each["groups"])

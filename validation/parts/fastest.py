@@ -1,4 +1,4 @@
-"""The fastest run that reaches an error: targets, winners and tables."""
+"""A search for the fastest run that reaches a target error, and tables of the results."""
 
 from rich.table import Table
 
@@ -17,9 +17,9 @@ TIE = 4 / 3
 
 
 def fastest_reaching(rows, target):
-    """Return the fastest row of one method that reaches the target error, or None.
+    """Return the fastest run of one method that reaches the target error, or None.
 
-    `rows` is ordered from loose to tight.
+    `rows` contains the runs in order of increasing accuracy.
     """
     tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has a single run
     good = [
@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target error and satisfies `wanted(row)`."""
+    """Return the fastest run that reaches the target error and satisfies the condition `wanted`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -45,7 +45,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Yield the scene, the target, and the fastest rows of kreisel and of other integrators."""
+    """Yield the fastest runs of kreisel and of other integrators for each scene and error."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)
@@ -53,7 +53,7 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Yield, for each method, the run times for the target errors and the smallest error.
+    """Yield the run times for the target errors, and the smallest error, of each method.
 
     The shortest time for each target is marked.
     """
@@ -77,12 +77,12 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return {name: title} of the other integrators that have run and appear in the tables."""
+    """Return a dictionary from the names to the titles of the other integrators with results."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
 def summarize_races(rows, scenes):
-    """Yield kreisel's fastest method and other integrators' times, by scene and target error."""
+    """Yield the run times of kreisel and the other integrators, for each scene and target error."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):

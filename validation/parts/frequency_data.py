@@ -9,11 +9,11 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return the axial momentum, the rotation per nutation, and its change, for each motion.
+    """Return the axial momentum and the rotation of the apex per nutation period, for each orbit.
 
-    The axial momentum is taken at the section point closest to spin angle 0. The rotation is the
-    angle [turns] by which the apex turns between two lowest points, without whole turns. The change
-    is the difference between the two halves of the run.
+    The axial momentum is taken at the point of the section with the spin angle closest to zero. The
+    rotation is the angle [turns] between two successive lowest points of the apex, without whole
+    turns. The difference of the rotation between the two halves of the run is also returned.
     """
     tops = kr.starts(
         section_data.make_body(name),

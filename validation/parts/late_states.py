@@ -1,4 +1,4 @@
-"""Times to compute one late state, with closed forms on a torus and with integrators."""
+"""Run times for one state at a late time, by closed-form solutions and by integrators."""
 
 import kreisel as kr
 import numpy as np

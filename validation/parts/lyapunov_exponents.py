@@ -16,7 +16,7 @@ TIMES = 5.0  # motions whose growth rate exceeds this multiple of ln(t)/t are ch
 
 
 def draw_starts(body, energy, vertical, seed):
-    """Return random starts, or None if no motion has this energy and vertical momentum."""
+    """Return random initial states, or None if no motion has this energy and vertical momentum."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
     except ValueError:  # no motion has such a low energy
@@ -44,10 +44,9 @@ def map_exponents(side):
 
 
 def summarize_exponents(name, n):
-    """Return the number of chaotic starts among `n`, their mean exponent, and the tangents' drift.
+    """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The drift is the largest change of the tangents' integrals and shows the accuracy of the
-    tangents.
+    The accuracy is shown by the drift of quantities that are constant along the tangents.
     """
     tops = kr.starts(
         section_data.make_body(name),

@@ -1,9 +1,9 @@
-"""Run time against error for many random starts of each scene, by kreisel and other integrators.
+"""Run time against error for many random initial states, by kreisel and other integrators.
 
-Each start is the initial state of the scene, rotated and with a scaled momentum. These changes keep
-the character of the motion. Each program runs at many tolerances. The time for an error is the time
-of the program's fastest run with at most this error. In kreisel, the method is chosen
-automatically.
+The initial states are obtained from the scene by a random rotation and a change of the momentum.
+These changes keep the character of the motion. Each program runs at many tolerances. The time for
+an error is the time of the program's fastest run with at most this error. In kreisel, the method is
+chosen automatically.
 """
 
 from dataclasses import replace
@@ -50,7 +50,7 @@ COLUMNS = ("scene", "start", "program", "tol", "seconds", "attitude_error")
 
 
 def list_programs():
-    """Return {name: title} of the programs, kreisel first."""
+    """Return a dictionary from program names to titles, with kreisel first."""
     known = {*kr.methods, *(peer.name for peer in PEERS)}
     return {OWN: OWN} | fastest.list_references(known)
 
@@ -78,7 +78,7 @@ def draw_starts(problem, number):
 
 
 def make_runs(starts, end, tol):
-    """Yield each program with its runs for all starts and its compile time [s]."""
+    """Yield each integrator with its runs for all initial states and its compile time [s]."""
     setting = Setting(tol=tol)
     compiled = HeyokaRun(starts[0], end, setting)
     for name in list_programs():
@@ -93,7 +93,7 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run that begins at `start` and reuses the integrator of `compiled`."""
+    """Return a run from another initial state that reuses the compiled heyoka integrator."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run
@@ -165,7 +165,7 @@ def compute_quantile(times, part):
 
 
 def group_starts(found):
-    """Return {title: findings} for symmetric tops, which have a closed form, and for other tops."""
+    """Return the results grouped into symmetric tops, which have a closed form, and other tops."""
     groups = {SYMMETRIC: [], OTHERS: []}
     for each in found:
         is_symmetric = load_problem(each["scene"]).symmetric
@@ -178,7 +178,7 @@ def count_starts(found):
 
 
 def make_bands(found):
-    """Return {title: (errors, median, lower and upper quantiles)} by program [rad, ms]."""
+    """Return a dictionary from program titles to errors [rad], median times and quantiles [ms]."""
     bands = {}
     for program, title in list_programs().items():
         times = [times_to_error(found, program, target) for target in CURVE]
@@ -226,10 +226,10 @@ def finite_or_none(x):
 
 
 def compare_medians(found, target):
-    """Return kreisel's median time [s], and {title: ratio of the program's median to kreisel's}.
+    """Return the median time of kreisel [s], and the ratios of the other medians to it.
 
-    These medians also appear in the figure. A program is omitted if more than a quarter of the
-    starts do not reach the error. If kreisel itself is omitted, its time is None.
+    A program is omitted if more than a quarter of the starts do not reach the error. If kreisel
+    itself is omitted, the median time is None.
     """
     known = {}
     for program, title in list_programs().items():
@@ -241,7 +241,7 @@ def compare_medians(found, target):
 
 
 def describe_group(title, found, target):
-    """Return a sentence on the times at an error for a group of starts."""
+    """Return a sentence that compares the run times of all programs at a given error."""
     own, ratios = compare_medians(found, target)
     if own is None:
         return ""

@@ -1,8 +1,8 @@
 """The interface of a part of the report.
 
-The report builds its page, tables and command line from a list of parts, and names no part
-elsewhere. A new part needs three things: a file here that ends with its `Part`, a template
-NAME.html beside the file, and a line in report/contents.py.
+The page, the tables and the command line of the report are built from a list of parts. A new part
+needs three things: a file here that ends with its `Part`, a template NAME.html beside the file, and
+a line in report/contents.py.
 """
 
 import csv
@@ -19,7 +19,7 @@ def list_nothing(findings, *_):
 class Part:
     """One part of the report.
 
-    Findings may be of any type. A part with false findings is neither shown nor written.
+    The results of a part may have any type. A part without results is omitted from the report.
     """
 
     name: str  # used for --only, for links within the page, and as the name of the template

@@ -1,6 +1,6 @@
 """Published problems: numbers from the literature, compared with kreisel and other integrators.
 
-Reference values with 30 digits and the published numbers are stored in problems.json.
+The published numbers and reference values with 30 digits are stored in problems.json.
 """
 
 import json
@@ -33,7 +33,7 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class PublishedProblem:
-    """A problem from the literature: its scene, end time, step sizes and published numbers."""
+    """A problem from the literature with its published results."""
 
     name: str
     scene: kr.Scene
@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand multiples of a step, the times at which energies are compared."""
+    """Return about a thousand multiples of the step size, for comparisons of the energy."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Return a clause that compares the smallest energy errors at a published setting, if any."""
+    """Return a clause that compares the energy error of kreisel with published results."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

@@ -1,6 +1,6 @@
 """Random tops of each kind: the errors of methods at equal run time.
 
-The settings are chosen so that all methods take about the same time for the first tops. Each top is
+The step sizes and tolerances are chosen so that all methods take about the same time. Each top is
 scaled to a turning rate of one, and all tops make the same number of turns. The reference is heyoka
 in 80-bit arithmetic, whose errors are far below the differences shown.
 """
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Return a setting for which the run time of the method is about `GIVEN`."""
+    """Return a step size or tolerance for which the method takes about the intended time."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run all methods in turn on each slice of tops, so that other load slows all equally."""
+    """Integrate groups of tops by all methods in turn, so that the load affects all equally."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -177,7 +177,7 @@ def table_row(kind, name, own, sizes):
 
 
 def summarize_methods(runs, kind):
-    """Return a row per method with its errors and time, ordered by the median error."""
+    """Return one row of results per method, in order of the median error."""
     groups = group_by_method(runs, kind)
     order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
     return [table_row(kind, name, *groups[name]) for name in order]

@@ -35,7 +35,7 @@ class ResultStore:
         self.known[key] = value
 
     def under(self, prefix):
-        """Return the findings whose keys start with `prefix`, in order."""
+        """Return the stored results whose keys start with `prefix`."""
         return [value for key, value in self.known.items() if key.startswith(prefix)]
 
 

@@ -1,4 +1,4 @@
-"""The runs that are compared on a scene, with their errors and times."""
+"""Runs of different methods on one scene, with their errors and times."""
 
 import math
 from dataclasses import asdict, dataclass, field
@@ -64,7 +64,7 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two near the time of a turn [T], so that steps divide the end time."""
+    """Return a power of two that is close to the duration of one turn [T]."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
@@ -75,7 +75,7 @@ def energy_times(end, step):
 
 
 class SceneRuns:
-    """A scene with its reference solution, and the runs made so far for reuse in the timing."""
+    """A scene with its reference solution, and the runs that can be timed again."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -116,7 +116,7 @@ class SceneRuns:
         return [*kept, Setting(tol=tightest)] if tightest else kept
 
     def explore(self, who):
-        """Return the runs of one method with their errors, from loose to tight settings."""
+        """Return the runs of one method with their errors, in order of increasing accuracy."""
         rows = []
         for setting in self.list_settings(who):
             rows.append(self.measure_errors(who, setting))
@@ -174,7 +174,7 @@ def load_runs(store, scene):
 
 
 def load_measurements(store, scene):
-    """Return all stored measurements of a scene."""
+    """Return all stored errors and run times for a scene."""
     rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]
@@ -182,7 +182,7 @@ def load_measurements(store, scene):
 
 
 def group_by_method(rows, scene):
-    """Return the rows of one scene grouped by method."""
+    """Return the measurements for one scene, grouped by method."""
     groups = {}
     for row in rows:
         if row.scene == scene:

@@ -1,14 +1,14 @@
-"""The stiff needle: the spin is 1e4 times the precession rate, and steps resolve only precession.
+"""A stiff top whose spin is 1e4 times as fast as its precession.
 
 The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
-midpoint, v = V / |V|, and a_ the axis at the midpoint. The rotation angle of a step is 2 theta with
-theta = 2 atan(h |V| / 4). A step changes <m,a> by
+midpoint, v = V / |V|, and a_ the symmetry axis at the midpoint. The rotation angle of a step is 2
+theta with theta = 2 atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change is of order h^2 if the step size resolves the spin. Otherwise the change per unit of time
-does not depend on the step size. The magnitude of the change is about that of the torque component
-along V.
+The change in one step is of order h^2 if the step size resolves the spin. If the step size does not
+resolve the spin, the change per unit of time does not depend on the step size. This change is about
+as large as the component of the torque along V.
 """
 
 import kreisel as kr

@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return an entry for each scene with the results of all computations."""
+    """Return the results of all reference computations for each scene."""
     return [
         {
             "scene": problem.name,
@@ -54,10 +54,10 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield, for each scene, the largest differences between computations over the conditioning.
+    """Yield the largest differences between the reference computations for each scene.
 
-    A row contains the largest differences of high-precision results and of other results. The row
-    also names the computation with the largest difference of the other results.
+    The differences are divided by the conditioning, and computations with few digits are listed
+    separately. The name of the computation with the largest difference is also given.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

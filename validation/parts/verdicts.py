@@ -1,9 +1,9 @@
-"""The verdict on a cell of the atlas, from the error and from what a careful user can observe.
+"""The rating of a result in the stability atlas, from its error and from what a user can observe.
 
 A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. Let d be the angle between the results of the two runs. If the
+or a hundredth of the tolerance. Let d be the difference in attitude between the two runs. If the
 method attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is
-about d. The dictionary VERDICTS defines each verdict.
+about d. The verdicts are defined in the dictionary `VERDICTS`.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -62,11 +62,11 @@ def rounding_effect(true):
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the largest attitude errors [rad] due to random and to aligned rounding errors.
+    """Return the attitude errors [rad] that random and systematic rounding errors can cause.
 
-    Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
-    all in one direction. A closed form does not accumulate rounding errors, so at late times only
-    the rounding of the initial values matters.
+    Random rounding errors are assumed to occur once per step. Systematic rounding errors occur in
+    each evaluation and all have the same direction. A closed form does not accumulate rounding
+    errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -76,30 +76,30 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the largest attitude error [rad] that is consistent with a tolerance.
+    """Return the largest attitude error [rad] that is acceptable for a given tolerance.
 
-    Each step may have an error of the size of the tolerance. The error of a step grows in the same
-    way as a rounding error of the initial state.
+    The local error of each step may be as large as the tolerance. Local errors are assumed to grow
+    like rounding errors of the initial state.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Return the error estimate from the second run [rad].
+    """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    `second_run` is the angle between the results of the two runs. An order of 0 means that a
-    tolerance controls the runs.
+    `second_run` is the difference in attitude. If `order` is 0, the method is adaptive and the
+    difference itself is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of the sign that reveals an attitude error to a user, or None.
+    """Return the name of the sign by which a user can notice an attitude error, or None.
 
-    `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
-    methods. `explained` contains the attitude errors that random roundings, aligned roundings and a
-    tolerance can explain. If both runs have the same error, a user cannot notice this error,
-    however large the step is.
+    `shown` is the error estimated from a second run. `per_turn` is the number of steps per turn,
+    which is infinite for adaptive methods. `explained` contains the errors that random rounding,
+    systematic rounding and the tolerance can cause. A user cannot notice an error that is equal in
+    both runs.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -142,7 +142,7 @@ def choose_mark(cell):
 
 
 def judge_cell(cell, finer, problem, true, who):
-    """Return the cell with its verdict, from the reference and from the error of the finer run."""
+    """Return the result with a verdict, which depends on the errors of both runs."""
     rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)

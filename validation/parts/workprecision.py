@@ -97,7 +97,7 @@ def summarize_setup(rows):
 def describe_payment(rows, scenes):
     """Return a sentence on the number of runs that recover heyoka's compile time.
 
-    All scenes and target errors for which both programs reach the target are included.
+    Only scenes and target errors that both programs reach are included.
     """
     runs = [
         peer.setup_seconds / (own.seconds - peer.seconds)
@@ -207,7 +207,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Return True if `one` reached the error in clearly less time than `other`."""
+    """Return True if the run `one` is clearly faster than the run `other`."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
@@ -302,7 +302,7 @@ def list_files(comparison, about):
 
 
 def draw_readme_figure(comparison):
-    """Return the figure of README.md as SVG: leading methods and other integrators on one scene."""
+    """Return the figure for README.md as SVG, with the best methods and other integrators."""
     scene = README_SCENE if README_SCENE in comparison.scenes else comparison.scenes[0]
     groups = scene_runs.group_by_method(comparison.rows, scene)
     peers = [name for name, rows in groups.items() if rows[0].peer]

@@ -1,4 +1,4 @@
-"""The equations of motion for heyoka in any precision, and the initial values.
+"""The equations of motion and the initial values for heyoka, in any precision.
 
 In terms of the angular velocity w in the body frame, the equations are
 
@@ -7,9 +7,9 @@ In terms of the angular velocity w in the body frame, the equations are
 D is the damping along the principal axes. The damping term is omitted if D is zero.
 
 There are seven equations: four for the attitude, and three for the angular velocity or the angular
-momentum in the body frame. The form with the angular velocity is the fastest for heyoka. The
-coefficients are computed with 40 digits and rounded once. The coefficients are either constants or
-parameters. With parameters, one compiled integrator serves all tops.
+momentum in the body frame. heyoka is fastest with the equations for the angular velocity. The
+coefficients are computed with 40 digits and rounded once. The coefficients can be compiled as
+constants or passed as parameters. With parameters, one compiled integrator serves all tops.
 """
 
 import heyoka as hy
@@ -43,11 +43,11 @@ def round_to(numbers, fp):
 
 
 def compute_coefficients(problem, form="velocity", digits=40):
-    """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
+    """Return the coefficients of the equations of motion as mpmath numbers.
 
-    The first three convert the variables to velocities. The next three multiply products of two
-    variables, and the last six determine the torque. A damped top has three more coefficients, the
-    decay rates of the variables due to damping.
+    The first three coefficients convert the integrated variables to angular velocities. The next
+    three multiply products of two variables, and the last six determine the torque. A damped top
+    has three more coefficients, the decay rates of the variables due to damping.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]

@@ -138,13 +138,13 @@ def normalize(q):
 
 
 def digits(case):
-    """Return the number of digits that resolve a free body's distance from its middle axis."""
+    """Return the number of digits needed to solve a case by quadrature."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
 
 def is_lagrange(case):
-    """Return True if a case is a Lagrange top, and False if it is a free body."""
+    """Return True for a Lagrange top and False for a free body."""
     return len(case) == 5
 
 

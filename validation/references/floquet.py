@@ -2,12 +2,11 @@
 
 In the body frame the motion is periodic, with the period tau. After one period, P and M return to
 their initial values. For a symmetric body, P and M return up to a rotation S about the symmetry
-axis. By Floquet's theorem, the tangents have the same periodicity. Let theta and N be as in
-taylor/tangents.h, and let Phi(t) be the matrix of their derivatives with respect to their initial
-values. Then
+axis. A tangent consists of a rotation vector theta and a change N of the momentum. Let Phi(t) be
+the matrix that maps theta and N at time 0 to theta and N at time t. By Floquet's theorem,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits. The powers are computed with 50-digit decimals, so that all
-30 digits remain correct.
+The motion over one period is computed in 30-digit arithmetic. Matrix powers are computed with 50
+decimal digits, so that all 30 digits remain correct.
 """
 
 from __future__ import annotations
@@ -67,7 +66,7 @@ def _cross_matrix(a: Decimals) -> Decimals:
 
 
 def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """Return the block-diagonal matrix with `block` for theta, and `other` or `block` for N."""
+    """Return the block-diagonal matrix of two blocks, which are equal by default."""
     zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
@@ -105,7 +104,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """A point of the motion: P and M along the principal axes, and the rotation to space."""
+    """The vertical and the momentum along the principal axes, and the rotation to space."""
 
     vertical: Decimals
     momentum: Decimals
@@ -126,7 +125,7 @@ class _Point(NamedTuple):
         )
 
     def generator(self, body: _Body) -> Decimals:
-        """Return the matrix A of (theta, N)' = A (theta, N)."""
+        """Return the matrix of the linearized equations of motion."""
         per, hat = np.diag(Decimal(1) / body.moments), _cross_matrix(self.momentum / body.moments)
         turn = per @ _cross_matrix(self.momentum) - hat
         return np.block(
@@ -134,7 +133,7 @@ class _Point(NamedTuple):
         )
 
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return quantities that are periodic along the motion.
+        """Return quantities that are periodic functions of time.
 
         For a symmetric body, these quantities are invariant under rotations about the symmetry
         axis.
@@ -146,7 +145,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return the time derivative of `phase`."""
+        """Return the time derivatives of the periodic quantities."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -155,7 +154,7 @@ class _Point(NamedTuple):
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
-    """Return the rotation about the axis that maps P and M at one point to P and M at another."""
+    """Return the rotation about the symmetry axis that maps one state to the other."""
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
@@ -175,7 +174,7 @@ def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimal
 
 
 class Floquet(NamedTuple):
-    """The tangents over one period."""
+    """Monodromy matrix, period and symmetry of a periodic motion."""
 
     body: _Body
     tau: Decimal
@@ -185,7 +184,7 @@ class Floquet(NamedTuple):
 
 
 def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
-    """Return Phi in principal axes at state `i` of a path with tangents."""
+    """Return the tangent matrix at state `i` of a path, in principal axes."""
     phi = _add_as_decimals(path.tangents[i], path.tangents_low[i])
     inside: Decimals = (
         _block_matrix(body.frame.T, point.turn.T) @ phi @ _block_matrix(body.frame, start.turn)
@@ -217,7 +216,7 @@ def _find_steady_rate(point: _Point, body: _Body) -> float | None:
 def _oscillation_period(point: _Point, body: _Body, rate: float, fastest: float) -> float:
     """Return the period of small oscillations about a steady motion.
 
-    If there are no oscillations, return the time scale of the fastest rate instead.
+    If no oscillations are possible, return a typical time scale of the motion.
     """
     axis = _to_decimals(_AXES[2]) if body.axis is None else body.axis
     turning = rate * np.array(_block_matrix(_cross_matrix(axis)), dtype=float)
@@ -250,8 +249,8 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
     """Return the tangents over one period, forward or backward in time.
 
-    `longest` is the longest time of interest. If `longest` is within the first period, the tangents
-    are not computed. Raises ValueError if the motion lies on a separatrix.
+    `longest` is the latest time at which tangents are needed. If `longest` is less than the period,
+    the tangents are not computed. Raises ValueError if the motion lies on a separatrix.
     """
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)

@@ -33,7 +33,7 @@ def make_body(e):
 
 
 def lowest_scene():
-    """Return the scene at the lowest point of the separatrix."""
+    """Return the top in its lowest position on the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
@@ -42,19 +42,19 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Return A, computed by symmetry from the second half of the separatrix."""
+    """Return the Melnikov amplitude A by numerical integration along the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
 
 
 def layer_half_width():
-    """Return the half-width of the chaotic layer in c, per unit of e."""
+    """Return the half-width of the chaotic layer in c, divided by the perturbation e."""
     return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 
 def measure_swings(e, n):
-    """Return the spin angles at lowest points and the axial momenta at highest points.
+    """Return spin angles at the lowest points and axial momenta at the highest points.
 
     The tops are pushed from the upright position and make n swings each. The results have the
     shapes (tops, n) and (tops, n + 1).

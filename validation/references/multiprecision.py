@@ -1,8 +1,8 @@
 """Attitudes of any undamped top with 60 digits, from one compiled heyoka integrator.
 
-The attitudes are the reference for runs with 30 digits. As in kreisel, the doubles of a scene are
-taken as exact. A quaternion of any length represents a rotation. The moments are the principal
-moments.
+The attitudes serve as a reference for computations with 30 digits. As in kreisel, the doubles of a
+scene are taken as exact. A quaternion of any length represents a rotation. The moments are the
+principal moments.
 """
 
 import heyoka as hy

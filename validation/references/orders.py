@@ -16,8 +16,7 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Return a tilted scene.
 
-    The scene is tilted because no torque acts on an upright top, so that first-order errors would
-    be hidden.
+    An upright top would hide first-order errors, because no torque acts on it.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
@@ -41,7 +40,7 @@ def compute_errors(path, truth):
 
 
 def measure_order(name, body):
-    """Return the slopes in q and, unless m is conserved, in m.
+    """Return the observed orders of attitude and momentum, unless the momentum is conserved.
 
     High orders are measured on a fast top. On a slow top, rounding would hide the leading error
     term.

@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top described in its principal axes."""
+    """A top with quantities given along its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -85,7 +85,7 @@ class Problem:
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
-        """Return the kinetic and potential energies of states in rows, in extended precision.
+        """Return the kinetic and potential energies, computed in extended precision.
 
         With extended precision, an energy error comes from the state and not from the evaluation of
         the energy.
@@ -175,7 +175,7 @@ def load_problem(name):
 
 
 def problem_of_scene(name, scene):
-    """Return a kreisel scene as a problem in principal axes."""
+    """Return the problem, in principal axes, that is equivalent to a scene."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

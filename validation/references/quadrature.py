@@ -3,7 +3,7 @@
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
 is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
 of the third kind. These integrals are computed from Carlson's R_F and R_J and from the number of
-whole periods. DIGITS is large enough even if roots nearly coincide.
+whole periods. The number of digits is large enough even if two roots of the cubic nearly coincide.
 """
 
 import mpmath as mp
