@@ -82,7 +82,7 @@ class Quadrature:
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """Return sn, cn and dn at start + x, and the number n of half periods in start + x.
+        """Return sn, cn and dn at start + x, and the integer n nearest to (start + x) / (2 K).
 
         The argument is reduced by start + x = x' + 2 n K with |x'| <= K.
         """
@@ -173,8 +173,8 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
-        If `weight` is zero, only jumps contribute: the angle changes by half a turn whenever the
-        axis passes through the pole. Only jumps after the initial time count.
+        If `weight` is zero, the angle changes only by half a turn whenever the axis passes through
+        a pole. Passages before the initial time do not count.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -233,9 +233,9 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that axis 2 has the middle moment and M3 is positive.
+        """Order the axes so that the second moment is the middle one and M3 is not negative.
 
-        The attribute `relabel` rotates the ordered axes to the body's axes.
+        The attribute `relabel` is the rotation from the ordered axes to the body axes.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
@@ -270,9 +270,9 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """Return an attitude with the momentum along e3, and half of the precession angle.
+        """Return an attitude in which the momentum is along e3, and half the precession angle.
 
-        The attitude is determined up to a rotation about e3 that is applied first.
+        The attitude can still be multiplied by any rotation about e3.
         """
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)

@@ -1,8 +1,7 @@
 """A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
 
-The angular velocity w in the body frame, the damping D and the momentum h of rotors are given along
-the principal axes. The support turns with O, and shakes so that gravity, relative to that of the
-lever, is g:
+The angular velocity w, the damping D and the rotor momentum h are given along the principal axes.
+The support turns with O, and shakes so that gravity, relative to that of the lever, is g:
 
     J w' = (J w + h) x w + g (q* e3 q) x lever - D (w - q* O q),    q' = (q w - O q) / 2
     g = 1 - amplitude rate^2 cos(rate t + phase)
@@ -33,10 +32,10 @@ NONE, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 @cache
 def radau_table():
-    """Return the nodes, the matrix of the method, and a row that yields the last coefficient.
+    """Return the nodes, the matrix and the error coefficients of the Radau method.
 
-    The polynomial through the stages is expanded in Legendre polynomials. The product of the row
-    and the stages is the coefficient of degree `STAGES` - 1.
+    The error coefficients give the last coefficient in an expansion of the collocation polynomial.
+    This is an expansion in shifted Legendre polynomials up to degree `STAGES` - 1.
     """
     with mp.workdps(60):
         high, low = legendre_coefficients(STAGES), [*legendre_coefficients(STAGES - 1), 0]
@@ -80,7 +79,7 @@ class TopEquations:
         self.start[4:] -= self.rotor / self.inertia
 
     def levers(self, times):
-        """Return the levers (n, 3) at `times`, times the relative gravity on the shaken support."""
+        """Return the lever at each time, multiplied by the relative gravity on a shaken support."""
         amplitude, rate, phase = self.shaking
         return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
 
@@ -167,9 +166,9 @@ def first_step(top):
 def integrate(problem, times, tol=TOL, **effects):
     """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
 
-    `tol` bounds the neglected terms of each step, relative to the state. The effects are `rotor`
-    (momentum in principal axes), `turning` (in the space frame) and `shaking` (amplitude over
-    gravity, rate, phase). Raises ArithmeticError if the step size becomes too small.
+    `tol` bounds the neglected terms of each step, relative to the state. The rotor momentum is
+    given in principal axes, the velocity `turning` in the space frame, and `shaking` as a triple
+    (amplitude / gravity, rate, phase). Raises ArithmeticError if the step size becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
@@ -192,7 +191,7 @@ def integrate(problem, times, tol=TOL, **effects):
 
 
 def truncation_size(top, term, stages):
-    """Return the magnitude of `term`, the last Legendre coefficient, relative to the state.
+    """Return the error estimate `term` of a step, relative to the state.
 
     An angular velocity below `NEGLIGIBLE` times its initial magnitude is ignored, because the
     motion has decayed.

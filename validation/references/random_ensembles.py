@@ -1,7 +1,7 @@
 """Random tops with the same body, their reference attitudes at the end, and their conditioning.
 
-The momenta are normally distributed about the momentum of a scene in the report. The k-th top
-depends only on the seed and k, so larger ensembles begin with the same tops.
+The initial momenta are normally distributed, and the mean is the momentum of a test scene. The k-th
+top depends only on the seed and k, so larger ensembles begin with the same tops.
 """
 
 from dataclasses import dataclass, replace

@@ -24,8 +24,8 @@ def random_body(rng, kind):
 def any_body(rng):
     """Draw a top of a random kind, with moderate moments and rates.
 
-    One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
-    as fast as the others, and one in ten is a hundred times slower.
+    One top in five starts within 0.01 of the upright or hanging position. One top in ten is ten
+    times faster, and one in ten is a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
@@ -65,7 +65,7 @@ def any_body_at_rest(rng):
 
 
 def sleeping(rng):
-    """Draw an upright symmetric top with up to twice the critical spin."""
+    """Draw an upright symmetric top with up to twice the spin at which it becomes stable."""
     scene = place_near_upright(rng, random_body(rng, "lagrange"), 0.0)
     moments, lever = scene.body.moments, scene.body.mass * abs(scene.body.com[2])
     spin = rng.uniform(0.0, 2.0) * 2.0 * np.sqrt(lever * moments[0])

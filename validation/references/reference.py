@@ -1,14 +1,13 @@
 """Reference solutions by heyoka in 128-bit arithmetic.
 
-`python -m validation.references.reference` stores the solutions for the report's scenes in
-reference.json.
+The command `python -m validation.references.reference` stores the solutions for the scenes of the
+report in the file reference.json.
 
 Each solution is computed in several nearly independent ways: from two forms of the equations, in
 128-bit and in 80-bit arithmetic. The differences between these results show the accuracy of the
-solution. The conditioning is stored together with the solution. The conditioning is the angle by
-which the attitude changes if all numbers of the top change by one rounding error of a double. These
-numbers are the momentum, the attitude, the moments and the lever. No method in double precision can
-be expected to be more accurate.
+solution. The conditioning is the angle by which the attitude changes if all numbers of the top
+change by one rounding error of a double. These numbers are the momentum, the attitude, the moments
+and the lever. No method in double precision can be expected to be more accurate.
 """
 
 import argparse
@@ -54,9 +53,9 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Return the attitude and the body momentum at time `t`, from the variables of `form`.
+    """Return the attitude and the body momentum at time `t` from the integrated variables.
 
-    The form `symmetric` omits the uniform rotation about the axis, which this function adds.
+    If `form` is "symmetric", the function adds the uniform rotation about the symmetry axis.
     """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
@@ -71,10 +70,7 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a spherical top on which the torque of the given Lagrange top acts.
-
-    The axis of the spherical top moves like the axis of the Lagrange top.
-    """
+    """Return the spherical top whose axis moves like the axis of a Lagrange top."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
@@ -133,9 +129,10 @@ def energy_error(problem, state):
 
 
 def perturb_data(problem, nudge):
-    """Yield copies of the top. In each copy, one number is changed by `nudge` rounding errors.
+    """Yield copies of the top, in each of which one number is perturbed.
 
-    A symmetric top remains symmetric.
+    The relative perturbation is `nudge` times the rounding error of a double. A
+    symmetric top remains symmetric.
     """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
@@ -239,7 +236,7 @@ def conditioning_by_differences(problem, times):
 
 
 def truth_by_quadrature(problem, end):
-    """Return the reference solution of a Lagrange or Euler top and its conditioning.
+    """Return the reference solution of a Lagrange or Euler top, and its conditioning.
 
     The time may be arbitrarily large, because the solution uses multiprecision quadrature.
     """
@@ -278,7 +275,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation and its angle from `truth` [rad]."""
+    """Yield the name of each other computation and its deviation from the reference [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -310,7 +307,7 @@ def compare_computations(problem, end, kept):
 
 
 def compute_entry(problem, times):
-    """Return the reference solutions by time, and numbers that show their accuracy."""
+    """Return reference solutions at several times, with numbers that show their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)

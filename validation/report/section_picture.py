@@ -1,7 +1,8 @@
-"""The picture of sections in docs/theory/tangents.md, which shows regular and chaotic motion.
+"""A figure for docs/theory/tangents.md with Poincare sections of regular and chaotic motions.
 
 All tops have the same body, energy and vertical momentum. A point is drawn at each lowest position
-of the apex, in the colour of the top's class. Gravity increases from panel to panel.
+of the apex, in a colour that shows whether the motion is chaotic. Gravity increases from panel to
+panel.
 
     python -m validation.report.section_picture [validation/report/section.png]
 """

@@ -1,8 +1,8 @@
-"""The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
+"""A figure for docs/theory/ensembles.md that shows the greatest tilt of two million tops.
 
 All tops have the same body. The body has no closed form, because its centre of mass is slightly off
-the symmetry axis. The tops differ in spin and tilt. Existing parts of the sweep are not computed
-again.
+the symmetry axis. The tops differ in spin and tilt. An interrupted sweep is continued from the
+results in the folder.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """

@@ -1,10 +1,9 @@
 """Numbers of random tops that MEGNO misclassifies as chaotic or regular, for several durations.
 
-The verdict after 30000 turns serves as the reference. Each row counts the doubtful tops, whose
-MEGNO is near the threshold. It also counts the misclassified tops whose MEGNO is not near the
-threshold. Conclusion: with a threshold of 4 and doubtful values from 2.5 to 8, no regular top is
-classified as chaotic. Few chaotic tops are classified as regular, and the number decreases with the
-duration.
+The classification after 30000 turns serves as the reference. The program counts the tops whose
+MEGNO is near the threshold as doubtful. It also counts the other tops that are misclassified.
+Conclusion: with a threshold of 4 and doubtful values from 2.5 to 8, no regular top is classified as
+chaotic. Few chaotic tops are classified as regular, and the number decreases with the duration.
 
     python -m validation.studies.chaos_verdicts --families 15
 """

@@ -37,10 +37,10 @@ WAYS = {
 
 
 def estimate_ratio(scene, times, truth, way):
-    """Return the ratio of the estimated error of a path to its true error.
+    """Return the ratio of the estimated error of a path to the true error.
 
-    Returns None if the run is refused, or if the error is at rounding level. Raises ArithmeticError
-    if the true error exceeds the requested one.
+    Returns None if the scene is rejected, or if the error is at rounding level. Raises
+    ArithmeticError if the true error is larger than the requested error.
     """
     method, options = way.split()[0], WAYS[way]
     try:
@@ -54,7 +54,7 @@ def estimate_ratio(scene, times, truth, way):
 
 
 def collect_ratios(scenes, seed):
-    """Return the ratios of estimated error to true error, for each family and setting."""
+    """Return the ratios of estimated to true errors, for each family of tops and each method."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):

@@ -116,7 +116,7 @@ def angles(rng):
 
 
 def two_clocks(rng):
-    """Simulate a gyroscope with a bias, and a camera whose clock is ahead by 0.012."""
+    """Simulate a gyroscope with a bias, and a camera with a clock that runs 0.012 ahead."""
     t, late = np.arange(500) * 0.01, np.arange(150) / 30.0 + 0.02
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).body_velocity)
     drift = kr.Record(t, {"body_velocity": values + BIAS}, sigma, free="bias")
@@ -141,7 +141,7 @@ def environment_case(records, truth, free, measure, **start):
 
 
 def friction(rng):
-    """Simulate a gyroscope until after friction has stopped the spin; the guess has no friction."""
+    """Simulate a gyroscope with friction that eventually stops the spin."""
     t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
     values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
     record = kr.Record(t, {"body_velocity": values}, sigma)
@@ -153,7 +153,7 @@ def friction(rng):
 
 
 def turning(rng):
-    """Simulate a gyroscope and a camera on a turning support; the guess has a support at rest."""
+    """Simulate a gyroscope and a camera on a turning support."""
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
@@ -164,7 +164,7 @@ def turning(rng):
 
 
 def shaking(rng):
-    """Simulate attitudes on a shaken support; the guess of the rate is within 2 % of the truth."""
+    """Simulate attitude measurements on a shaken support."""
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)
@@ -202,7 +202,7 @@ KINDS = {case.__name__: case for case in CASES}
 
 
 class Coverage(NamedTuple):
-    """Deviations of n fits of k quantities, in standard deviations, and statistics of the fits."""
+    """Errors of fitted parameters in units of their standard deviations, and fit statistics."""
 
     deviations: np.ndarray
     chi2: np.ndarray

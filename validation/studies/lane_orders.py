@@ -1,12 +1,12 @@
-"""Order and tolerance of the Taylor method for tops that are integrated in SIMD lanes.
+"""The best order of the Taylor method for tops that are integrated with SIMD instructions.
 
-Conclusion: the table in csrc/ensemble/lane_scheduler.c contains the fastest orders whose error does
-not exceed that of individual tops at the same tolerance.
+Conclusion: at each tolerance, csrc/ensemble/lane_scheduler.c uses the fastest order that is as
+accurate as individual integration.
 
     python -m validation.studies.lane_orders [orders isas limits]
 
-For each tolerance, all orders are timed, and their errors are compared with those of tops solved
-individually. The reference solution has 20 digits. All runs are timed from C, alternately in one
+For each tolerance, all orders are timed, and the errors are compared with those of individual
+integrations. The reference solution has 20 digits. All runs are timed from C, alternately in one
 process and on one thread.
 """
 
@@ -88,10 +88,10 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Find the smallest reduction of the tolerance with error quantiles of at most `most`.
+    """Find the largest tolerance at which no quantile of the errors exceeds `most`.
 
-    Returns the binary logarithm of the reduction, the run and the quantiles. Returns None if no
-    reduction in `LESS` suffices.
+    Returns the binary logarithm of the reduction of the tolerance, the run and the quantiles.
+    Returns None if no tolerance is small enough.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
@@ -133,9 +133,9 @@ def isas(lanes):
 
 
 def limits(lanes):
-    """Print the rate of multiplications of coefficients, and its ratio to the peak of a core.
+    """Print the rate of floating-point operations, and its ratio to the peak rate of a core.
 
-    Each step has order (order + 1) such multiplications for each of the 12 products of series.
+    A Taylor step contains order (order + 1) operations for each of 12 products of series.
     """
     most = peak.measure_peak()
     for name, scenes, t in draw_families():

@@ -1,16 +1,15 @@
-"""Times of Taylor steps that compute the last coefficients in single precision.
+"""Run times of Taylor steps in which the last coefficients are computed in single precision.
 
 Conclusion: single precision is not worth using. With AVX-512, a step of one top is limited by
-latency, since each coefficient depends on the previous ones, and not by the number of
-multiplications. Two groups of lanes that share the single-precision coefficients are faster by a
-factor of 1.2 to 1.5. However, each thread then needs twice as many tops in its lanes. See "Measured
-and left out" in docs/theory/taylor.md.
+latency, because each coefficient depends on the previous ones. A kernel that integrates twice as
+many tops, with the last coefficients in single precision, is faster by a factor of 1.2 to 1.5.
+However, a thread must then integrate twice as many tops at once. See "Measured and left out" in
+docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-The number of coefficients in double precision is the smallest for which the errors of random tops
-do not increase. Both kinds of step are timed alternately, and each ratio is a median over many
-rounds.
+The smallest number of double-precision coefficients is used that does not increase the errors of
+random tops. Both kernels are timed alternately, and each ratio is a median over many rounds.
 """
 
 import subprocess

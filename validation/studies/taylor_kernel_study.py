@@ -47,16 +47,16 @@ def solve_truth(name, t, deep=False):
 
 
 def attitude_error(truth, states):
-    """Return the attitude error of a state, which is given with its low words."""
+    """Return the attitude error of a state in double-double precision."""
     return reference.rotation_angle(truth, join_words(*states[:, 1:5]))
 
 
 def count_operations(order):
-    """Return the numbers of vector operations in sums and elsewhere, per step of the widest kernel.
+    """Return the numbers of vector operations per step in sums of products and elsewhere.
 
-    The first number counts the operations for the pairs and middle terms of the sums. The second
-    number counts 27 operations per order: 3 add two sums, 6 compute the rates of q and P, and 11
-    compute the rates of W. Another 5 operations permute W, and 2 evaluate the series at the end.
+    A sum takes 7 operations for each pair of products and 5 for a middle term. Each order takes 27
+    other operations: 3 for additions, 17 for the derivatives of q, P and W, 5 for permutations, and
+    2 for evaluating the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
@@ -65,8 +65,7 @@ def count_operations(order):
 def limits():
     """Compare the speed of the widest kernel with the peak of two operations per clock cycle.
 
-    The kernel is below the peak because of latency: each coefficient depends on the previous one,
-    and the evaluation of the series depends on the step size.
+    The kernel does not reach the peak, because each coefficient depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

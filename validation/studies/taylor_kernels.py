@@ -1,4 +1,4 @@
-"""Access to kernels, tolerances and numbers of terms of the Taylor method that users cannot select.
+"""Functions that run the Taylor method with settings that users cannot select.
 
 The module compiles taylor_kernels.c together with the core.
 """
@@ -19,7 +19,7 @@ def compile_library(folder, terms):
     """Compile the core together with taylor_kernels.c into a library, and load the library.
 
     By default, the kernels of all instruction sets are compiled. If `terms` is given, only the
-    widest kernel is compiled, with the values `terms` of the macros in `TERMS`.
+    AVX-512 code is compiled, with these numbers of terms.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -28,7 +28,7 @@ def compile_library(folder, terms):
 
 
 def read_list(give):
-    """Return the values give(0), give(1), ... up to the first value that is false."""
+    """Return the values of `give` for 0, 1, 2 and so on, up to the first false value."""
     found = []
     while this := give(len(found)):
         found.append(this)

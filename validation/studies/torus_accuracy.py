@@ -1,22 +1,22 @@
-"""The accuracy of the closed-form solutions for random Kowalewski and Goryachev-Chaplygin tops.
+"""The accuracy of closed-form solutions for random Kowalewski and Goryachev-Chaplygin tops.
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py; tau is the unit of time of a
-top. The reference is kreisel's Taylor method with 30 digits. Each top is compared at one random
-time of either sign, log-uniform from 0.1 to `--longest` tau. A few tops are compared at later
-times, up to 1e6 tau. The conditioning of a state is its change if the initial state changes by one
-rounding error, 2^-53, in a random direction. The deviations of the conserved quantities are
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py, and tau denotes the unit of time
+of a top. The reference is kreisel's Taylor method with 30 digits. Each top is compared at one
+random time of either sign, log-uniform from 0.1 to `--longest` tau. A few tops are also compared at
+times up to 1e6 tau. The conditioning of a state is the change caused by a random perturbation of
+the initial state by one rounding error, 2^-53. The deviations of the conserved quantities are
 measured up to 1e6 tau.
 
-A second plan starts from a later state of the same motion, computed with 30 digits and rounded to
-doubles. The states of both plans at 1e6 tau are compared. Their difference is divided by the
-conditioning, because the rounding changes the frequencies of the motion.
+The closed form is also computed from a later state of the same motion, rounded to doubles. The
+states from both computations are compared at 1e6 tau. This difference is divided by the
+conditioning, because rounding changes the frequencies of the motion.
 
-Some rules in the closed-form solutions were found numerically and are not proved; see the comments
-at the top of their source files. With `--plans 1000000`, the rules are tested on many more tops.
-Each top is then compared with the 16-digit Taylor method at one random time of either sign, 1 to 10
-tau. The certificate of a plan is its measured error at the initial time and a short time later.
+Some algorithms of the closed forms rest on numerical evidence rather than proof, as the source
+files explain. With `--plans 1000000`, these algorithms are tested on a million tops. Each of these
+tops is compared with the 16-digit Taylor method at one random time of either sign, 1 to 10 tau. The
+certificate of a closed form is the error measured at the initial time and shortly afterwards.
 """
 
 import argparse
@@ -77,7 +77,7 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error at `t`, and the conditioning if the error exceeds `limit`, else 0."""
+    """Return the error at `t`, and the conditioning if the error exceeds `limit`."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 
@@ -103,9 +103,9 @@ def drift_of_integrals(top, tau, rng, scale):
 
 
 def compare_restarted(scene, top, tau, rng, scale):
-    """Return the difference of two plans for one motion at `LATE`, divided by the conditioning.
+    """Return the difference between closed forms computed from an early and a later state.
 
-    Returns None if the second plan is refused.
+    Returns None if the closed form is rejected for the later state.
     """
     at = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [at])
@@ -133,7 +133,7 @@ def describe(title, values, *limits):
 
 @dataclass
 class Findings:
-    """Results for the planned tops of one kind; `excess` lists tops with errors above the limit."""
+    """Results for all tops of one kind, with a list of the tops whose errors are large."""
 
     certificates: list = field(default_factory=list)
     errors: list = field(default_factory=list)
@@ -144,7 +144,7 @@ class Findings:
 
 
 def examine(number, scene, top, tau, chosen, limit, rng, found):
-    """Append the results for one planned top."""
+    """Append the results for one top to the lists in `found`."""
     scale = largest_momentum(scene)
     found.certificates.append(top.certificate)
     t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
@@ -190,7 +190,7 @@ def count_above(values, limits):
 
 
 def plan_tops(kind, chosen):
-    """Plan many random tops of one kind. Print refusals, certificates and errors at early times."""
+    """Compute closed forms for many random tops of one kind, and print the errors."""
     rng, refused, certificates, found = np.random.default_rng(chosen.seed), Counter(), [], []
     for number in range(chosen.plans):
         scene, tau = draw_top(rng, KINDS[kind][0])

@@ -1,13 +1,14 @@
-"""Errors and refusals of Kowalewski and Goryachev-Chaplygin tops near degenerate motions.
+"""Errors of closed forms for Kowalewski and Goryachev-Chaplygin tops near degenerate motions.
 
     python -m validation.studies.torus_edges [kowalewski|goryachev_chaplygin] [--random 3]
 
-Each family contains a degenerate motion at the distance eps = 0. Each line shows the largest error
-for one distance, at five times up to 1000 / max(1, rate). The reference is kreisel's Taylor method
-with 30 digits. The letter c precedes the certificate of the plan. If the error exceeds 3e-14, the
-conditioning is printed too: in parentheses if it is at least a tenth of the error, else after an
-exclamation mark. The conditioning is the change of the state caused by one rounding error (2^-53)
-in the initial state. For a refused motion, the line shows the reason.
+Each family depends on a parameter eps, and the motion for eps = 0 is degenerate. Each line of
+output shows the largest error for one eps, at five times up to 1000 / max(1, rate). The reference
+is kreisel's Taylor method with 30 digits. The letter c marks the certificate, which is the error
+estimate of the closed form. If the error exceeds 3e-14, the conditioning is also printed. An
+exclamation mark precedes a conditioning that is less than a tenth of the error. The conditioning is
+the change of the state caused by one rounding error (2^-53) in the initial state. If the closed
+form rejects a motion, the reason is printed.
 """
 
 import argparse
@@ -26,7 +27,7 @@ SIDES = {"kowalewski": -1.0, "goryachev_chaplygin": 1.0}  # direction of the cen
 
 
 class Family(NamedTuple):
-    """The name of a family, and a function of eps and six random numbers that returns a scene."""
+    """A family of tops that depends on eps and six random numbers."""
 
     name: str
     make: Callable
@@ -40,7 +41,7 @@ def turn_upwards(up):
 
 
 def make_scene(kind, velocity, up):
-    """Return the scene with this angular velocity and vertical in the axes of the closed form."""
+    """Return a scene with a given angular velocity and vertical direction in the body frame."""
     up = np.array(up, float) / np.linalg.norm(up)
     moments, velocity = np.array(MOMENTS[kind]), np.array(velocity, float)
     momentum = moments * velocity
@@ -84,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Return a factor of the velocity for which `value(scene)` is zero, or None."""
+    """Return a factor for the velocity at which the function `value` is zero, or None."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):
@@ -161,7 +162,7 @@ def across_momentum(eps, v):
 
 
 def level_momentum(eps, v):
-    """Return a Goryachev-Chaplygin top with G of order eps, by a momentum nearly along axis 2."""
+    """Return a Goryachev-Chaplygin top whose integral G is of order eps."""
     return make_scene("goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9])
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    `text` and `right` are the numerical errors of the printed text and of the correction. `measure`
-    describes how the error is measured.
+    `text` is the numerical error of the printed text, and `right` is that of the correction.
+    `measure` describes how the error is measured.
     """
 
     number: int

@@ -90,7 +90,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Return the scene in scaled units: momentum m / i1, moments 1, 1 and alpha, gravity p."""
+    """Return the Lagrange top of the thesis in scaled units, with I3 = `alpha` and gravity `p`."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0

@@ -117,9 +117,9 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Return the relative difference between the actions of a swing and of the hanging top.
+    """Return the difference in action between a swing of the top and the hanging position.
 
-    The swing angle is `angle` * sin(pi t / end). The difference is divided by the magnitude of the
+    The swing angle is `angle` * sin(pi t / end). The result is divided by the magnitude of the
     terms in the action.
     """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]

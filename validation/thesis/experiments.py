@@ -29,7 +29,7 @@ def time_grid(step, end):
 
 
 class Comparison:
-    """Motions that are compared with the reference motion `true`, by their frame errors `L`."""
+    """Several trajectories and a reference trajectory, with the errors `L` of their frames."""
 
     @property
     def t(self):
@@ -45,7 +45,7 @@ class FourTops(Comparison):
     """The trajectories of the four tops (6.1.1) and the reference trajectory, at multiples of eps2.
 
     Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
-    yellow with eps1 and in green with eps2.
+    yellow with the step eps1 and in green with eps2.
     """
 
     scene: kr.Scene
@@ -72,7 +72,8 @@ class FourTops(Comparison):
     def term(self):
         """The energy error of the blue top, by the formula of section 6.1.4.
 
-        The error is -I1 eps2/2 <a x m, p> in scaled units, minus the initial value.
+        The energy error is the change of -I1 eps2/2 <a x m, p> since the initial time, in scaled
+        units.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -110,10 +111,9 @@ def run_failing():
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return the frame error and the energy term of section 6.1.5 for several tops.
+    """Return the errors of the Bobenko-Suris map for several values of gravity and momentum.
 
-    Each row is (gravity, factor of m, largest |term|, largest L). Rows cover several values of
-    gravity and of the factor.
+    Each row is (gravity, factor of the momentum, largest energy error, largest frame error).
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -203,9 +203,9 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return for each tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
+    """Return the times at which Extrap becomes less accurate than Bobenko-Suris.
 
-    Each row is (tolerance, time or None, final error of Extrap).
+    Each row contains the tolerance and the final error of Extrap, and the time or None.
     """
     end, rows = timed.t[-1], []
     for tol in tolerances:
@@ -224,7 +224,7 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 class EqualEvaluations(Comparison):
     """Experiment 6.3, in which both methods evaluate the torque equally often.
 
-    The step of Bobenko-Suris is therefore a quarter of the step of the other method.
+    Bobenko-Suris therefore uses a quarter of the step size of the Runge-Kutta method.
     """
 
     eps2: float
@@ -241,7 +241,7 @@ class EqualEvaluations(Comparison):
 
 
 def run_equal_evaluations(end=30.0):
-    """Run experiment 6.3 for each eps2."""
+    """Run experiment 6.3 for several step sizes."""
     return {
         h: EqualEvaluations(
             h,

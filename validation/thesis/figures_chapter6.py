@@ -50,7 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draw running maxima of errors, which never vanish on the logarithmic scale."""
+    """Plot the running maxima of errors, which never vanish on a logarithmic axis."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

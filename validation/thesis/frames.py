@@ -120,8 +120,8 @@ def top_at_time(course, t, colour, width, opacity):
 def draw_four_tops(courses, t, half, pivot):
     """Draw figures such as 6.1 to 6.4.
 
-    `courses` contains the trajectories of the red, blue, yellow and green top by name. The two tops
-    with the step eps2 are translucent.
+    `courses` is a dictionary of the trajectories of the red, blue, yellow and green tops. The two
+    tops with the step eps2 are translucent.
     """
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(layout="constrained")

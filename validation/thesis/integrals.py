@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """A fourth integral, and the change of this integral along a path computed by Extrap."""
+    """A fourth integral of motion along a path computed by Extrap."""
 
     t: np.ndarray
     start: float
@@ -42,9 +42,9 @@ def measure_fourth_integral(kind):
 
 
 def compute_k_values():
-    """Return {(C_B, units): initial value of K}.
+    """Return the Kowalewski integral of two cuboids in two systems of units.
 
-    The function H in the thesis has I1 = 1, and the unit of time is not specified.
+    The thesis sets I1 = 1 in the Hamiltonian, but it does not specify the unit of time.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -59,7 +59,7 @@ def compute_k_values():
 
 @dataclass(frozen=True)
 class FormResult:
-    """The result of one form of the equations at one tolerance."""
+    """Error and cost of solving one form of the equations of motion at one tolerance."""
 
     scene: str
     form: str
@@ -87,10 +87,10 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Return the attitude error of a frame whose velocity is updated once per interval [rad].
+    """Return the attitude error [rad] if the angular velocity is updated only once per interval.
 
-    M and P are exact, but in each interval the frame rotates with its initial angular velocity. The
-    thesis describes the error that this procedure causes.
+    The velocities are exact at the beginning of each interval and kept constant until its end. The
+    thesis describes the resulting error.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

@@ -32,7 +32,7 @@ def make_axes(size=(5.4, 3.1), **labels):
 
 
 def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
-    """Draw series, each (label, t, values, colour, style)."""
+    """Plot several curves, given as tuples (label, t, values, colour, style)."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(size, xlabel=xlabel, ylabel=ylabel)
         for label, t, values, colour, style in series:
@@ -49,7 +49,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
 
 
 def draw_scatter(groups, xlabel, ylabel):
-    """Draw groups, each (label, x, y, colour, marker), on logarithmic axes."""
+    """Plot groups of points on logarithmic axes, given as tuples (label, x, y, colour, marker)."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:

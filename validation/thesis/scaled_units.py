@@ -36,8 +36,8 @@ def scaled_units(body: kr.Body) -> Units:
 
     For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore alpha = I3 is 2 C_N^2 /
     (C_N^2 + 4 C_T^2), and the factor of momenta is 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 +
-    4 C_T^2). In p, the thesis omits this factor. Raises ValueError if the body is not a Lagrange
-    top.
+    4 C_T^2). The thesis omits the mass as a factor of p. Raises ValueError if the body is not a
+    Lagrange top.
     """
     i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)

@@ -89,7 +89,7 @@ def check_chapter4(four):
 
 
 def compute_map_residual(eps=0.2):
-    """Return the deviation of bobenko_suris from the printed theorem 4.1, in scaled units."""
+    """Return the deviation of the method bobenko_suris from theorem 4.1 as printed."""
     scaled = scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
@@ -220,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return how many evaluations rk4 and extrap need for a frame error below the target."""
+    """Return the numbers of torque evaluations that rk4 and extrap need for a given frame error."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

@@ -65,9 +65,10 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the final attitude according to theorem 4.2.
 
-    `c_of` selects the vector in c = <m, .>: 'a', or 'p' as printed. `side` is the side on which w_k
-    multiplies the quaternion. If `side` is 'inverse', g rotates from the rest frame to the body
-    frame. If `text` is True, the second form uses the printed factor 2/c.
+    `c_of` selects the vector in c = <m, .>: 'a', or 'p' as printed. `side` is the side on which the
+    quaternion is multiplied by w_k. If `side` is 'inverse', g rotates from the rest frame to the
+    body frame. If `text` is True, the factor 2/c is used in the second form, as printed in the
+    thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

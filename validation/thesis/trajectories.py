@@ -54,7 +54,7 @@ def solve_truth(scene, times):
 
 
 def solve_fixed_step(scene, method, step, end, every=1):
-    """Return every `every`-th state of a run with a fixed step."""
+    """Integrate with a fixed step size, and return every `every`-th state as a trajectory."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
     return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
@@ -62,9 +62,9 @@ def solve_fixed_step(scene, method, step, end, every=1):
 def solve_theorem42(scene, step, end, every=1):
     """Return a trajectory by the thesis' Bobenko-Suris discretization, with principal axes.
 
-    The values of a and m equal those of kreisel's bobenko_suris. The rotation about the axis is 2
-    atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, so the
-    rotation about the axis is exact.
+    The values of a and m equal those of kreisel's bobenko_suris. The map rotates the top about its
+    axis by 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. kreisel replaces the first term by h c
+    / I3, which makes this rotation exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
