@@ -1,14 +1,14 @@
-"""Comparison of every public function with 20-digit solutions, for tops of twelve random families.
+"""Accuracy tests of all public functions on random tops, against solutions with 20 digits.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-The motion of each top is computed in four ways: with kr.solve, in an ensemble, with kr.stream, and
-in a run that is saved and resumed. Events, sections, tangents and Lyapunov exponents are computed
-as well. All computations use the default precision. The reference solution is the Taylor series
-with 20 digits. The attitude error must not exceed a small multiple of the conditioning plus a
-constant. The conditioning is the angle by which the attitude changes if each initial value and
-parameter changes by one rounding error. The program prints a line for each family and each
-disagreement. The program exits with status 1 if any results disagree.
+The motion is computed with kr.solve, in an ensemble, with kr.stream, and in a run that is saved and
+resumed. Events, sections, tangents and Lyapunov exponents are computed as well. All computations
+are done in double precision. The reference solution is the Taylor series with 20 digits. The
+attitude error must not exceed a small multiple of the conditioning plus a constant. The
+conditioning is the angle by which the attitude changes if each initial value and parameter changes
+by one rounding error. The program prints one line for each type of top and for each error that is
+too large. The program exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Return the vectors after one random permutation of the axes."""
+    """Permute the axes of all vectors in the same random way."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
@@ -154,7 +154,6 @@ class Reference:
         self.allowed = FLOOR + SLACK * self.path.conditioning
 
     def deviation(self, q):
-        """Return the largest ratio of attitude error to allowed error."""
         return float((kr.attitude_error(q, self.path.q) / self.allowed).max())
 
 
@@ -203,13 +202,13 @@ def check_events(reference):
 
 
 def apex_range(scene):
-    """Return the range of the apex height along a path, but at least its rounding error."""
+    """Return the range of the height of the apex along a path."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 
 
 def is_generic(scene):
-    """Return False if the apex of a top hardly moves, because rounding errors then dominate."""
+    """Return False if the apex hardly moves, so that its height is dominated by rounding errors."""
     return apex_range(scene) > 1e-8
 
 

@@ -1,10 +1,9 @@
-"""The number of Python calls inside the package during one call of a public function.
+"""Counts of the Python function calls that a public function of the package makes.
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-The function is called a few times before its calls are counted. The program also counts the source
-files used, and how often the interpreter changes from one to another. Calls into NumPy, the
-standard library and the core are not counted, nor are calls on other threads.
+Each public function is called a few times as a warm-up. Calls into NumPy, the standard library and
+the core are not counted, nor are calls on other threads.
 """
 
 import argparse
@@ -32,18 +31,18 @@ def solve_scene() -> object:
 
 
 def plan_scene() -> object:
-    """Return the plan of an asymmetric top."""
+    """Plan the integration of an asymmetric top."""
     return kr.plan(kr.scenes.asymmetric)
 
 
 def reduce_ensemble() -> Callable[[], object]:
-    """Return the reduction of 100 tops that differ in gravity."""
+    """Compute summary statistics of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.reduce(tops, TIMES, REDUCTIONS)
 
 
 def solve_ensemble() -> Callable[[], object]:
-    """Return the solution of 100 tops that differ in gravity."""
+    """Solve the equations of motion of 100 tops that differ in gravity."""
     tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
     return lambda: kr.solve(tops, TIMES)
 
@@ -68,7 +67,7 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 @contextmanager
 def record_calls() -> Iterator[list[str]]:
-    """Record the source file of each call of a Python function in the package."""
+    """Record the source file of each Python function called within the package."""
     files: list[str] = []
 
     def note(frame: FrameType, event: str, _: Any) -> None:
@@ -83,7 +82,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Return the numbers of calls, of source files, and of repeated visits to them."""
+    """Count the function calls, the source files and the repeated visits to them."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:
@@ -93,7 +92,7 @@ def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
 
 
 def main(words: list[str] | None = None) -> None:
-    """Count the calls of each benchmark, and print them as a table."""
+    """Print the number of function calls of each benchmark."""
     parser = argparse.ArgumentParser(
         prog="python -m validation.benchmarks.calls_profile",
         description=__doc__.splitlines()[0],

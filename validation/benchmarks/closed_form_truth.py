@@ -2,7 +2,7 @@
 
     python -m validation.benchmarks.closed_form_truth > tests/c/exact_truth.h
 
-The quadrature uses no formula of the closed form under test, kreisel.exact.
+The quadrature is independent of the formulas under test.
 """
 
 import argparse

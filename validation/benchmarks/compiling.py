@@ -1,7 +1,6 @@
-"""Compilation of the core, as in CMakeLists.txt, together with code for benchmarks and studies.
+"""Compilation of the C library together with additional code for benchmarks.
 
-A study can add its own C source file, choose the instruction sets, or change the number of terms in
-the Taylor series.
+Additional source files, the instruction sets and the number of Taylor coefficients can be chosen.
 """
 
 import ctypes
@@ -40,7 +39,8 @@ def isa_files():
 def size_options(file, options):
     """Return additional compiler options for `file` in a build for the baseline instruction set.
 
-    The baseline code is optimized for size if code for newer instruction sets is also compiled.
+    The baseline code is optimized for size if the library also contains code for newer instruction
+    sets.
     """
     return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 

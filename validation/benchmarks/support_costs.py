@@ -3,10 +3,10 @@
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
 The program compares the processor time per step of a body with and without each of these effects.
-The two bodies are timed alternately, and the median of the ratios is printed. The program also
-times ensembles of tops on one thread. Ensembles of tops without support motion, friction or damping
-use SIMD instructions. Other ensembles are therefore also compared with tops that are integrated
-individually.
+The body is timed alternately with and without the effect, and the median of the ratios is printed.
+The program also times ensembles of tops on one thread. Ensembles of tops without support motion,
+friction or damping use SIMD instructions. Other ensembles are therefore also compared with tops
+that are integrated individually.
 """
 
 import argparse
@@ -35,7 +35,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return a scene without additional effects, and one scene for each effect."""
+    """Return a scene without any of the effects, and one scene for each effect."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))
@@ -49,7 +49,7 @@ def make_ensemble(scene):
 
 
 def time_single(scene, digits, share):
-    """Return the processor time of a step of one top [s]."""
+    """Return the processor time per step for a single top [s]."""
     begin = time.process_time()
     path = kr.solve(scene, share * SPAN[digits], "taylor", digits=digits)
     return (time.process_time() - begin) / path.stats.steps
@@ -63,7 +63,7 @@ def time_members(tops, digits, share):
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return the median time ratio of each scene to `plain`, and the median time of `plain`."""
+    """Return the median ratio of the run time of each scene to that of `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():
@@ -74,7 +74,7 @@ def find_ratios(measure, plain, others, rounds):
 
 
 def print_kind(kind, digits, rounds, share=1.0):
-    """Print the costs for one kind of body."""
+    """Print the costs of all effects for one kind of body."""
     plain, others = make_scenes(kind)
     single, base = find_ratios(
         lambda scene: time_single(scene, digits, share), plain, others, rounds

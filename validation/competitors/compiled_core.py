@@ -1,4 +1,4 @@
-"""The shared library of the installed package, and C structs for direct calls of its functions.
+"""Access to the C functions in the shared library of the installed package.
 
 No other module of `validation` uses private attributes of a scene.
 """

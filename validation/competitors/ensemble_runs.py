@@ -1,9 +1,8 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
-A function is prepared that integrates all tops with one integrator, accuracy and number of threads.
-The function returns an array of final attitudes with shape (n, 4). The constants of the body are
-compiled into the equations of motion for heyoka. With SIMD instructions, heyoka integrates a batch
-of eight tops at a time. Either each thread has its own integrator, or heyoka's ensemble function is
+All integrators are wrapped in functions without arguments that return the final attitudes. The
+heyoka integrators are compiled with the constants of the body. They integrate eight tops at a time
+with SIMD instructions. Either each thread has its own integrator, or heyoka's ensemble function is
 used.
 """
 
@@ -94,10 +93,10 @@ def make_ensemble_call(tops, setting, threads):
 
 
 def make_scipy_call(tops, setting, threads):
-    """Return a call in which SciPy integrates one top after another.
+    """Return a function that integrates all tops with SciPy, one after another.
 
-    SciPy runs on one thread. Its time may be divided by the number of threads, because several
-    processes could share the tops.
+    The run time may be divided by the number of threads, because several processes could share the
+    tops.
     """
     runs = [
         ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
@@ -110,7 +109,7 @@ def make_scipy_call(tops, setting, threads):
 class Mover:
     """An integrator for many tops, with tolerances or step sizes in order of increasing accuracy.
 
-    Slow programs integrate only a fraction of the tops, because their time is reported per top.
+    Slow integrators are applied to only some of the tops, because times are reported per top.
     """
 
     name: str
@@ -159,9 +158,9 @@ PEERS = (
 
 
 def select_movers(tops, each=1):
-    """Return the integrators that support these tops, with kreisel first.
+    """Return the integrators that support a given body, with kreisel first.
 
-    If `each` is 2 or more, only every `each`-th tolerance or step size of an integrator is used.
+    If `each` is 2 or more, only every `each`-th tolerance or step size is used.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

@@ -1,4 +1,4 @@
-"""The peak performance of one core, for comparison with the performance of programs."""
+"""Measurement of the peak floating-point performance of one processor core."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 
 @cache
 def measure_peak():
-    """Return the highest rate of fused multiply-adds on one core [1/s], counting two per operation.
+    """Return the peak rate of floating-point operations on one core [1/s].
 
     Returns None if no C compiler is available.
     """
@@ -32,10 +32,9 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations in all products of Taylor series along a path.
+    """Return the number of floating-point operations needed to multiply Taylor series along a path.
 
-    The n-th coefficient of a product of two series is a sum of about n products. Each product takes
-    a fused multiply-add, which counts as two operations. All other operations are ignored.
+    Each fused multiply-add counts as two operations.
     """
     order = path.plan.order
     return 2 * PRODUCTS * path.stats.steps * order * (order + 1) // 2

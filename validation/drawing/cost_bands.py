@@ -1,4 +1,4 @@
-"""Figures of run time against error: the median over many starts, with a band of quantiles."""
+"""Plots of run time against error, with medians and quantiles over many initial states."""
 
 import numpy as np
 
@@ -15,11 +15,11 @@ WIDTH, LEFT, RIGHT, TOP, BELOW, PANEL, GAP = 6.0, 0.72, 1.5, 0.25, 0.5, 2.0, 0.3
 
 
 def draw_cost_bands(panels, own, label):
-    """Draw a panel for each group of starts, with a line and a band for each program.
+    """Draw one panel per group of initial states, with a line and a band for each integrator.
 
-    `panels` maps a title to a dictionary of programs, each with errors, median times and two
-    quantiles. A line ends at the first error that too few runs reach. The line of the program `own`
-    is coloured.
+    `panels` maps titles to dictionaries from integrators to (errors, medians, lower quantiles,
+    upper quantiles). A line ends at the smallest error that most runs reach. The integrator `own`
+    is drawn in colour.
     """
     height = TOP + len(panels) * (PANEL + GAP) - GAP + BELOW
     with plt.rc_context(STYLE):
@@ -58,7 +58,7 @@ def draw_bands(axes, bands, own):
 
 
 def find_ends(bands, own):
-    """Return the name, end point and style of the line of each program."""
+    """Return the names, end points and styles of all lines."""
     styles = choose_line_styles([own], [name for name in bands if name != own])
     ends = []
     for title, (errors, middle, _, high) in bands.items():

@@ -1,6 +1,6 @@
-"""Heat maps of errors by case and method.
+"""Heat maps that show the error of each method on each test case.
 
-Each square shows the error as a colour and a power of ten, and a symbol for the verdict.
+Each square shows the order of magnitude of the error, and a symbol for the verdict.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """A square of the heat map: the error, if known, and a symbol for the verdict."""
+    """A square of the heat map, with the error if it is known."""
 
     row: str
     column: str
@@ -35,7 +35,7 @@ class Square:
 
     @property
     def text(self):
-        """The text of the square, such as 9 for an error of 1e-9 rad, with the symbol."""
+        """The text in the square, such as 9 for an error of 1e-9 rad."""
         return ("" if self.error is None else f"{abs(round(self.decade))}") + self.mark
 
     @property

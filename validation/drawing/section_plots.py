@@ -1,6 +1,6 @@
 """Plots of Poincare sections, and of curves together with measured points.
 
-The dots are embedded as an image, because there are many of them.
+The points are embedded as an image, because there are many of them.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ TURN = (
 
 
 def make_panels(rows, columns, height, **more):
-    """Return a figure of page width, and its axes."""
+    """Create a figure that is as wide as the page."""
     figure, axes = plt.subplots(
         rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
     )
@@ -33,7 +33,7 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
 
 
 def draw_sections(panels, columns, height):
-    """Draw Poincare sections in several panels.
+    """Draw several Poincare sections, one per panel.
 
     `panels` maps a title to the coordinates and the colours of the points.
     """
@@ -91,7 +91,7 @@ def draw_regions(borders, points, greatest, highest, close):
 def draw_kicks(angles, changes, amplitude):
     """Plot measured and predicted changes of the axial momentum during one swing.
 
-    `changes` maps a label to the changes divided by the size of the perturbation.
+    `changes` maps labels to arrays of changes.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):

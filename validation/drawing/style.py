@@ -1,4 +1,4 @@
-"""The style of all figures: SVG in the text colour of the page, light or dark."""
+"""A common style for all figures, with SVG text in the colour of the page."""
 
 import io
 
@@ -58,7 +58,7 @@ def figure_to_svg(figure, **options):
 
 
 def make_panel(height=3.1, width=4.9):
-    """Return a figure and its axes, with room for labels on the right. Sizes are in inches."""
+    """Create a figure with room for labels on the right."""
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(
@@ -67,12 +67,12 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Return a tick label such as 1e-9 or 1e0; all labels of an axis have this form."""
+    """Return a tick label such as 1e-9 or 1e0."""
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set fixed ticks at powers of ten. Fixed ticks are fast to draw."""
+    """Set fixed ticks at powers of ten."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
@@ -99,10 +99,10 @@ def spread_labels(heights, gap):
 
 
 def label_ends(axes, ends):
-    """Write labels to the right of the axes, each connected to the end of its line.
+    """Write labels to the right of the axes, and connect each label to the end of its curve.
 
-    `ends` contains the label, end point and style of each line. The marker of a line is repeated
-    beside its label.
+    `ends` contains the label, the end point and the style of each curve. The marker of the curve is
+    repeated beside the label.
     """
     gap = 11.0 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
@@ -137,9 +137,9 @@ def label_ends(axes, ends):
 
 
 def choose_line_styles(family, peers):
-    """Return the colour and the marker of each line of a panel.
+    """Return the colours, markers and line styles of all curves in a panel.
 
-    The other integrators `peers` have dashed lines and hollow markers in the text colour.
+    The other integrators `peers` have dashed lines and hollow markers.
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]

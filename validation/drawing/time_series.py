@@ -1,4 +1,4 @@
-"""Figures of the error against time, with a colour for each kind of method."""
+"""Plots of error against time, with a colour for each kind of method."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def choose_colours(kinds):
-    """Return a colour for each kind, in order of appearance."""
+    """Assign a colour to each kind of method."""
     return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
 
 

@@ -1,4 +1,4 @@
-"""A mutant, which is a small change to one source file."""
+"""A small change to a source file, used to check the quality of the tests."""
 
 import random
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Mutant:
-    """A mutant, in which `new` replaces the characters from `begin` to `end` of a file."""
+    """A mutant, obtained by replacing the characters from `begin` to `end` in a source file."""
 
     file: str  # path relative to the root of the tree, with slashes
     text: str
@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The line in which the change begins, without leading and trailing space."""
+        """The first changed line of the source, without surrounding space."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name of the mutant, which contains the text of the changed line."""
+        """A unique name, which contains the text of the changed line."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 
@@ -43,7 +43,7 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Return a random sample without replacement. A smaller sample is a prefix of a larger one."""
+    """Return a random sample without replacement."""
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]

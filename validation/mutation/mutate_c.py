@@ -1,7 +1,7 @@
-"""Mutants of a C source that is formatted by clang-format.
+"""Generation of mutants of C source files.
 
-The parser relies on the spaces and line breaks that clang-format produces. The mutations change
-operators, comparisons and constants, swap arguments, negate conditions and drop statements.
+The source files must be formatted by clang-format. Mutations change operators and constants, swap
+arguments, negate conditions and delete statements.
 """
 
 import re
@@ -39,7 +39,7 @@ COMMUTE = re.compile(
 
 
 def list_mutants(file, text):
-    """Return all mutants of the text of a file."""
+    """Return all mutants of a source file."""
     tokens = [m for m in TOKEN.finditer(text) if m.lastgroup != "skip"]
     spans = [
         *mutate_operators(text, tokens),
@@ -104,7 +104,7 @@ def find_closing(tokens, opening):
 
 
 def swap_arguments(text, tokens):
-    """Yield the mutations that swap the first two arguments of a call."""
+    """Yield mutations that swap the first two arguments of a function call."""
     for i, token in enumerate(tokens[:-1]):
         behind = tokens[i + 1]
         if (
@@ -128,7 +128,7 @@ def swap_arguments(text, tokens):
 
 
 def drop_statements(text, tokens):
-    """Yield the mutations that drop a simple statement. Declarations are kept."""
+    """Yield mutations that delete a simple statement. Declarations are not deleted."""
     begins = None
     depth = 0
     for before, token in pairwise(tokens):

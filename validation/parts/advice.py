@@ -29,13 +29,13 @@ def describe_kinds(problems):
 
 
 def find_winner(rows, scene):
-    """Return the method of kreisel that is the fastest at most target errors, or None."""
+    """Return the fastest method of kreisel for most target errors, or None."""
     wins = [own.method for _, _, own, _ in fastest.run_races(rows, [scene]) if own]
     return Counter(wins).most_common(1)[0][0] if wins else None
 
 
 def group_scenes(comparison):
-    """Return a dictionary from each recommended method to the problems that it solves fastest."""
+    """Return a dictionary from methods to the problems for which they are recommended."""
     groups = {}
     for problem, _ in comparison.problems:
         winner = find_winner(comparison.rows, problem.name)
@@ -79,7 +79,7 @@ def describe_group(rows, method, problems):
 
 
 def list_fixed_steps(comparison):
-    """Yield each target error and the fixed-step method that is the fastest on most scenes."""
+    """Yield each target error with the fixed-step method that is fastest on most scenes."""
 
     def has_step(row):
         return not row.peer and row.step is not None
@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of times needed to compute one late state, or None without measurements."""
+    """Return the range of run times for a state at a late time, or None without measurements."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

@@ -1,4 +1,4 @@
-"""The stability atlas: every method on stiff tops and under extreme conditions."""
+"""The stability atlas, which tests all methods on stiff tops and under extreme conditions."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -65,13 +65,13 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the names of the methods and other integrators with results."""
+    """Return the names of all methods and other integrators that have been tested."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
 def make_square(cell):
-    """Return the square of the heat map that shows a result."""
+    """Return the square of the heat map for a result."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
@@ -96,7 +96,7 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return the verdict and a message if a result needs an explanation, otherwise None.
+    """Return the verdict and a message if a result needs an explanation.
 
     An explanation is needed for a failed run, a silent error, and a large error of an adaptive
     method.
@@ -115,7 +115,7 @@ def describe_cell(cell):
 def collect_notes(found):
     """Yield the rows of the table of explanations.
 
-    Cases with the same explanation for the same methods share a row.
+    Test cases with the same explanation are combined in one row.
     """
     said = {}
     for cell in found:
@@ -135,7 +135,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Yield the number of results with each verdict, for each method."""
+    """Yield the number of times that each method receives each verdict."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
@@ -149,7 +149,7 @@ def count_verdicts(found):
 
 
 def draw_verdicts(counts):
-    """Draw the verdicts of each method, sorted by the number of successes."""
+    """Draw a bar chart of the verdicts on each method."""
     names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))

@@ -1,7 +1,7 @@
-"""The results of every method and every other integrator on each case of the stability atlas.
+"""The results of the stability atlas for all methods and test cases.
 
-Each case is integrated twice, once with the requested accuracy and once with a higher accuracy. The
-results are judged by their difference and by a reference solution.
+Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
+the difference between these solutions and on a reference solution.
 """
 
 from collections.abc import Callable
@@ -28,9 +28,7 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 class Candidate:
     """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
-    The function `run` is called with a problem, a scene, output times and a step size or tolerance.
-    The function returns attitudes, momenta in the space frame, and the numbers of steps and
-    evaluations.
+    The function `run` takes a problem, a scene, the output times, and a step size or tolerance.
     """
 
     name: str
@@ -56,7 +54,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return the methods and other integrators that can integrate over an angle of `radians`."""
+    """Return all methods that can integrate a scene over an angle of `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -64,7 +62,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return two settings: the requested setting and a finer setting."""
+    """Return the requested setting and a more accurate one."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
@@ -93,7 +91,7 @@ def measure_run(problem, scene, who, times, setting, true):
 
 
 def describe_failure(error):
-    """Return the verdict and the message for an integration that raised an exception."""
+    """Return the verdict and the message for an integration that failed with an exception."""
     if isinstance(error, ValueError):
         return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
     status = getattr(error, "status", None)  # errors of other integrators have no status
@@ -102,7 +100,7 @@ def describe_failure(error):
 
 
 def make_cell(case, problem, scene, who, true, end, step):
-    """Return the result of one method or other integrator on one test case."""
+    """Return the result of one method on one test case."""
     asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())

@@ -1,13 +1,11 @@
-"""Run times of kreisel and heyoka for one top, compared at equal error.
+"""Comparison of the run times of kreisel and heyoka for one top at equal error.
 
-Two ways to use kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The
-integrator of heyoka is compiled once and reused for all runs. SciPy's DOP853 integrates a
-right-hand side that heyoka compiles. Times are processor times, which other programs hardly affect.
+Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Run. The integrator of
+heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
+by heyoka. Processor times are measured, because other programs hardly affect them.
 
-The error at a tolerance is the largest error at this and all tighter tolerances. The next looser
-and the next tighter tolerance are timed alternately. Run times at a given error are interpolated
-linearly in the logarithms. Tolerances of heyoka that lead to the same order of the Taylor series
-give the same results, so only one of them is used.
+Run times at equal error are interpolated linearly in the logarithms of time and error. heyoka is
+timed only once for all tolerances that lead to the same order of the Taylor series.
 """
 
 import time
@@ -70,7 +68,7 @@ def make_reused_call(scene, end, tol):
 
 
 def make_heyoka_call(run):
-    """Return a call with a reused integrator."""
+    """Return a function that integrates with heyoka and reuses the compiled integrator."""
     top, start, end = run.top, np.array(run.start), run.end
 
     def call():
@@ -83,7 +81,7 @@ def make_heyoka_call(run):
 
 
 class FunctionRun:
-    """A run of DOP853 whose right-hand side is compiled by heyoka (cfunc)."""
+    """An integration by DOP853, with a right-hand side that heyoka has compiled."""
 
     def __init__(self, problem, end, tol):
         system, self.start = equations.build_system(problem)
@@ -96,7 +94,7 @@ class FunctionRun:
 
 
 def processor_time(call, number=1):
-    """Return the mean processor time of `number` calls [s]."""
+    """Return the mean processor time of a function [s]."""
     begin = time.thread_time()
     for _ in range(number):
         call()
@@ -104,7 +102,7 @@ def processor_time(call, number=1):
 
 
 def sample_in_turn(calls, rounds):
-    """Return the processor times of each call in all rounds [s]."""
+    """Return the processor times of several functions, which are called alternately [s]."""
     samples = [[] for _ in calls]
     with timing.pause_gc():
         numbers = [
@@ -117,23 +115,23 @@ def sample_in_turn(calls, rounds):
 
 
 def make_ladder(runs, truth):
-    """Return pairs (run, error) in order of decreasing tolerance.
+    """Return pairs of a run and its error, in order of decreasing tolerance.
 
-    The error is the largest one of this run and all tighter runs.
+    A run is assigned the largest error among all runs with the same or a smaller tolerance.
     """
     errors = [attitude_error(run.solve(), truth) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1].tolist(), strict=True))
 
 
 def select_bracket(ladder, target):
-    """Return the runs with the next larger and the next smaller error than `target`."""
+    """Return the runs whose errors are just above and just below `target`."""
     i = next((i for i, (_, error) in enumerate(ladder) if error <= target), len(ladder) - 1)
     above = ladder[i - 1][1] if i else None
     return [*[step for step in ladder if step[1] == above][:1], ladder[i]]
 
 
 def interpolate(bracket, samples, target):
-    """Return the interpolated run time at the error `target` for each round [s]."""
+    """Return the run time at the error `target`, by interpolation between two runs."""
     runs = [
         equal_error.Run("", "", 1, error, error, error, seconds)
         for (_, error), seconds in zip(bracket, samples, strict=True)
@@ -147,7 +145,7 @@ def list_heyoka_runs(problem, end, orders):
 
 
 def time_function(problem, end, truth):
-    """Return a function that estimates the run time of DOP853 for a given error [s]."""
+    """Return a function that estimates the run time of DOP853 [s] for a given error."""
     ladder = make_ladder([FunctionRun(problem, end, 10.0**-k) for k in DECADES], truth)
     samples = [[processor_time(run.solve)] for run, _ in ladder]
 
@@ -159,7 +157,7 @@ def time_function(problem, end, truth):
 
 
 def measure_scene(name, rounds, targets=TARGETS, quick=False):
-    """Return the times of all programs for one scene at each error."""
+    """Return the run times of all programs on one scene for several errors."""
     end, problem = ENDS[name], load_problem(name)
     (state,) = reference.integrate_states(problem, [end], fp=reference.FINER)
     truth = np.array(state[:4], np.longdouble)
@@ -209,25 +207,25 @@ def measure_band(own, peers, target, rounds):
 
 
 def count_operations(run):
-    """Return the number of floating-point operations in the Taylor series products of a run."""
+    """Return the number of floating-point operations in the Taylor series of a run."""
     return peak.count_operations(kr.solve(run.scene, [run.end], **run.words))
 
 
 def compare(band, name):
-    """Return the ratios of heyoka's time to kreisel's time, for medians and for shortest times."""
+    """Return the ratios of heyoka's run time to kreisel's: of medians, and of shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
 
 def compute_share(scene, band):
-    """Return the operation rate of a kr.Run as a fraction of the core's peak rate, or None."""
+    """Return the fraction of the peak performance of the processor core that a kr.Run attains."""
     if scene["peak"] is None:
         return None
     return band["operations"] / median(band["seconds"][RUN]) / scene["peak"]
 
 
 def count_paying_runs(band):
-    """Return the number of runs after which heyoka has recovered its compile time."""
+    """Return the number of runs that compensate for the compile time of heyoka."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 
@@ -270,7 +268,7 @@ def format_band(scene, band):
 
 
 def describe_payment(found):
-    """Return sentences on heyoka's compile time and on how many runs recover it."""
+    """Return a description of heyoka's compile time in relation to its run time."""
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)
@@ -307,7 +305,6 @@ def build_context(found):
 
 
 def list_rows(found):
-    """Yield the rows of the CSV file."""
     for scene, band in list_bands(found):
         known = {"scene": scene["scene"], "end": scene["end"], "error": f"{band['error']:.3g}"}
         for name, seconds in band["seconds"].items():

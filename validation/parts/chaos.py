@@ -1,7 +1,7 @@
-"""Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
+"""Regular and chaotic motion: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-Poincare sections are shown for tops from integrable to chaotic, and for ten kinds of motion of the
-Kowalewski top. The chaotic layer along a separatrix is compared with Melnikov's theory.
+Poincare sections are shown for several tops, from integrable to chaotic. The width of a chaotic
+layer is compared with the theory of Melnikov.
 """
 
 import math
@@ -29,7 +29,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Return the numbers of orbits, section points and other samples for a time budget."""
+    """Return the numbers of orbits, section points and other samples that the time allows."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -40,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return a copy of `size` that also contains the energy drift and the number of states."""
+    """Return the relative energy drift of all orbits, together with the contents of `size`."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -50,7 +50,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield the range, drift and critical values of the Kowalewski integral for each region."""
+    """Yield the range, drift and critical values of the Kowalewski integral in each region."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
@@ -87,7 +87,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Return Lyapunov exponents as a table and as an image."""
+    """Compute Lyapunov exponents for a table and for an image."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]
@@ -241,7 +241,7 @@ def describe_frequencies(known):
 
 
 def describe_exponents(known):
-    """Return a sentence that summarizes the Lyapunov exponents."""
+    """Summarize the Lyapunov exponents in a sentence."""
     if not known:
         return ""
     first, *_, last = known["table"]

@@ -41,7 +41,7 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return an array in which each value is replaced by the mean over its orbit."""
+    """Replace each value by the mean over its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 

@@ -1,9 +1,9 @@
-"""The rating of a result in the stability atlas, from its error and from what a user can observe.
+"""Verdicts on the results of the stability atlas.
 
-A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. Let d be the difference in attitude between the two runs. If the
-method attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is
-about d. The verdicts are defined in the dictionary `VERDICTS`.
+To judge a solution, a user can compute it again with half the step size or a hundredth of the
+tolerance. Let d be the difference in attitude between these two solutions. If the method attains
+its order p, the error of the first solution is about d 2^p / (2^p - 1). For an adaptive method, the
+error is about d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -57,16 +57,16 @@ MARKS = {
 
 
 def rounding_effect(true):
-    """Return the change of the attitude due to a single rounding error [rad]."""
+    """Return the change in attitude [rad] that a single rounding error causes."""
     return max(true["worst"], reference.ROUNDING)
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the attitude errors [rad] that random and systematic rounding errors can cause.
+    """Return the attitude errors [rad] caused by random and by systematic rounding errors.
 
-    Random rounding errors are assumed to occur once per step. Systematic rounding errors occur in
-    each evaluation and all have the same direction. A closed form does not accumulate rounding
-    errors.
+    Random rounding errors are assumed to occur once in each step. Systematic rounding errors are
+    assumed to occur in each evaluation, always in the same direction. A closed form does not
+    accumulate rounding errors.
     """
     # A damped top comes to rest, so its roundings are those of its steps.
     radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
@@ -76,10 +76,10 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the largest attitude error [rad] that is acceptable for a given tolerance.
+    """Return the largest attitude error [rad] that is consistent with a given tolerance.
 
-    The local error of each step may be as large as the tolerance. Local errors are assumed to grow
-    like rounding errors of the initial state.
+    The local error of each step is assumed to be as large as the tolerance. Local errors grow like
+    rounding errors of the initial state.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
@@ -87,19 +87,18 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    `second_run` is the difference in attitude. If `order` is 0, the method is adaptive and the
+    The difference `second_run` is an angle. If `order` is zero, the method is adaptive and the
     difference itself is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of the sign by which a user can notice an attitude error, or None.
+    """Find a sign by which a user can notice an attitude error.
 
-    `shown` is the error estimated from a second run. `per_turn` is the number of steps per turn,
-    which is infinite for adaptive methods. `explained` contains the errors that random rounding,
-    systematic rounding and the tolerance can cause. A user cannot notice an error that is equal in
-    both runs.
+    The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
+    per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
+    can be caused by rounding or by the tolerance.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -113,7 +112,7 @@ def find_sign(error, shown, per_turn, explained):
 
 
 def choose_verdict(error, rounding, shown_by, tol=None):
-    """Return the verdict on an attitude error [rad]. `tol` is the requested tolerance, if any."""
+    """Return the verdict on a solution with a given attitude error [rad]."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:
@@ -124,9 +123,9 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order is below the nominal order by one or more.
+    """Return True if the observed order of convergence is at least one below the nominal order.
 
-    The order cannot be observed if the errors are large or near rounding level.
+    The order of convergence cannot be observed if the errors are large or near rounding level.
     """
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
@@ -142,7 +141,7 @@ def choose_mark(cell):
 
 
 def judge_cell(cell, finer, problem, true, who):
-    """Return the result with a verdict, which depends on the errors of both runs."""
+    """Add a verdict to the result of a method on a test case."""
     rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)

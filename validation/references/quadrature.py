@@ -1,9 +1,9 @@
 """Closed-form solutions of Lagrange and Euler tops by multiprecision quadrature.
 
-This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
-is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
-of the third kind. These integrals are computed from Carlson's R_F and R_J and from the number of
-whole periods. The number of digits is large enough even if two roots of the cubic nearly coincide.
+This reference is independent of csrc/exact, which uses theta functions. The motion of the axis is
+given by Jacobi's elliptic functions. The remaining Euler angles are computed from elliptic
+integrals of the third kind. These integrals are computed from Carlson's functions R_F and R_J. The
+number of digits is sufficient even if two roots of the cubic nearly coincide.
 """
 
 import mpmath as mp
@@ -27,7 +27,7 @@ def conjugate(q):
 
 
 def rotate(q, v):
-    """Return q v q* for a unit quaternion."""
+    """Rotate the vector v by the unit quaternion q."""
     return product(product(q, [0, *v]), conjugate(q))[1:]
 
 
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Return the attitude for which the body axes have the space directions n, b and t."""
+    """Return the attitude in which the body axes point in the directions n, b and t."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -72,10 +72,7 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals of functions of sn^2, from a point with sn^2 = v0, where sn^2 rises or falls.
-
-    The argument x is scaled so that sn has the period 4 K.
-    """
+    """Integrals of rational functions of sn^2, for Jacobi's elliptic function sn."""
 
     def __init__(self, k2, v0, rising):
         self.k2, self.quarter, self.nome, self.known = k2, mp.ellipk(k2), mp.qfrom(m=k2), {}
@@ -123,10 +120,10 @@ class Quadrature:
 
 
 class Lagrange:
-    """The Lagrange top: a function that maps a time to (attitude, momentum).
+    """The motion of a Lagrange top as a function of time.
 
-    The axis of symmetry and the centre of mass lie along T, and lever = mass * gravity * com. The
-    axis must not rest at a pole.
+    The symmetry axis and the centre of mass lie along the third body axis, and lever = mass *
+    gravity * com. The symmetry axis must not rest in a vertical position.
     """
 
     def __init__(self, i1, i3, lever, q, m):
@@ -173,8 +170,8 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the initial value to `x`.
 
-        If `weight` is zero, the angle changes only by half a turn whenever the axis passes through
-        a pole. Passages before the initial time do not count.
+        If `weight` is zero, the angle jumps by half a turn whenever the axis passes through the
+        vertical. Only jumps after the initial time are counted.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -187,7 +184,10 @@ class Lagrange:
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
     def __call__(self, t):
-        """Return (attitude, momentum) at `t`. At t = 0 the axis must not pass through a pole."""
+        """Return the attitude and the momentum at time `t`.
+
+        The symmetry axis must not be vertical at the initial time.
+        """
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
@@ -208,10 +208,9 @@ class Lagrange:
 
 
 class Euler:
-    """The free body with three different moments, in any motion but a permanent rotation.
+    """The motion of a free rigid body with three different moments as a function of time.
 
-    If the body rotates nearly about the middle axis, `digits` must resolve the square of the
-    distance from this axis.
+    If the rotation is nearly about the middle axis, more digits are needed.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -233,9 +232,9 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that the second moment is the middle one and M3 is not negative.
+        """Sort the principal axes by moment, with the middle moment second.
 
-        The attribute `relabel` is the rotation from the ordered axes to the body axes.
+        The attribute `relabel` is the rotation from the sorted axes to the body axes.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
@@ -270,10 +269,7 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """Return an attitude in which the momentum is along e3, and half the precession angle.
-
-        The attitude can still be multiplied by any rotation about e3.
-        """
+        """Return the attitude relative to the angular momentum, and half the precession angle."""
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)
         even = -1 if n % 2 else 1

@@ -1,9 +1,8 @@
 """Comparison of the methods 'auto' and 'taylor' for short integration times.
 
-The times are the shortest ones for which 'auto' selects a closed form. Conclusion: with the set-up
-times in kreisel/_options/closed_form_choice.py, 'auto' is slower than the Taylor method for about 1
-% of random Kowalewski and Goryachev-Chaplygin tops. The error of 'auto' is smaller for all tops
-compared.
+The integration times are the shortest ones for which 'auto' selects a closed form. Conclusion: for
+about 1 % of random Kowalewski and Goryachev-Chaplygin tops, 'auto' is slower than the Taylor
+method. The error of 'auto' is smaller than that of the Taylor method for all tops in the study.
 
     python -m validation.studies.set_up_times TOPS --seed 0 --errors 20
 """
@@ -23,7 +22,7 @@ REPEATS = 3
 
 
 def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
-    """Yield tops with random attitudes, and with momenta of widely different magnitudes."""
+    """Yield tops with random attitudes and with momenta of very different magnitudes."""
     rng = np.random.default_rng(seed)
     body = kr.Body(1.0, (RATIOS[kind], RATIOS[kind], 1.0), (1.0, 0.0, 0.0), unphysical=True)
     for _ in range(n):
@@ -35,7 +34,7 @@ def draw_scenes(kind: str, n: int, seed: int) -> Iterator[kr.Scene]:
 
 
 def measure_speed(scene: kr.Scene, end: float) -> float:
-    """Return the ratio of the run times of the Taylor method and 'auto'."""
+    """Return the run time of the Taylor method relative to that of 'auto'."""
     best = {"auto": np.inf, "taylor": np.inf}
     for name in ("auto", "taylor") * REPEATS:
         begun = time.perf_counter()
@@ -45,7 +44,7 @@ def measure_speed(scene: kr.Scene, end: float) -> float:
 
 
 def measure_accuracy(scene: kr.Scene, end: float) -> float:
-    """Return the ratio of the errors of the Taylor method and 'auto'."""
+    """Return the error of the Taylor method relative to that of 'auto'."""
     truth = kr.solve(scene, [end], digits=20)
     errors = [
         float(kr.attitude_error(kr.solve(scene, [end], name).q, truth.q)[0])

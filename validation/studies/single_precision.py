@@ -1,15 +1,15 @@
-"""Run times of Taylor steps in which the last coefficients are computed in single precision.
+"""Run times of the Taylor method with the last coefficients in single precision.
 
-Conclusion: single precision is not worth using. With AVX-512, a step of one top is limited by
-latency, because each coefficient depends on the previous ones. A kernel that integrates twice as
-many tops, with the last coefficients in single precision, is faster by a factor of 1.2 to 1.5.
-However, a thread must then integrate twice as many tops at once. See "Measured and left out" in
+Conclusion: single precision is not worth using. With AVX-512, the run time of a step is determined
+by latency, because each coefficient depends on the previous ones. If twice as many tops are
+integrated together, single precision is faster by a factor of 1.2 to 1.5. However, twice as many
+tops must then be integrated together on each thread. See "Measured and left out" in
 docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-The smallest number of double-precision coefficients is used that does not increase the errors of
-random tops. Both kernels are timed alternately, and each ratio is a median over many rounds.
+As many coefficients are computed in single precision as possible without an increase of the error.
+Both versions are timed alternately, and the ratios are medians over many rounds.
 """
 
 import subprocess

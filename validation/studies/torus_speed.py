@@ -2,15 +2,14 @@
 
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The set-up of the closed form,
-its evaluation, and the Taylor method are timed alternately in C. The closed form is evaluated at
-random times between 0 and 1000 units of time, individually and in batches. The Taylor method runs
-until `--longest` units of time. The run time of this method until 1e6 units of time is extrapolated
-linearly.
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The preparation and the
+evaluation of closed forms are compared with the Taylor method, all in C. Closed forms are evaluated
+at random times up to 1000 units of time, individually and in batches. The Taylor method is timed up
+to `--longest` units of time. The result is extrapolated linearly to 1e6 units of time.
 
-For the first `--heyoka` tops, kreisel.solve with the method 'auto' and a compiled heyoka integrator
-are also timed alternately. The errors of heyoka and of the closed form are compared after 1e4 units
-of time. The run time of heyoka until 1e6 units of time is extrapolated as well.
+For some tops, kreisel.solve with the method 'auto' and heyoka are also compared. The errors of
+heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also
+extrapolated to 1e6 units of time.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ Row = tuple[float, float, float, float]
 
 
 class TorusBench:
-    """The compiled core with the timed loops of torus_speed.c."""
+    """Access to the C functions that are timed."""
 
     def __init__(self) -> None:
         self.folder = tempfile.TemporaryDirectory()
@@ -53,7 +52,7 @@ class TorusBench:
     def measure(
         self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float
     ) -> Row:
-        """Return the median run times of the set-up, of single and batched states, and of a series.
+        """Return the median run times of the preparation, of single and batched states, and of a series.
 
         Raises ValueError if the closed form is rejected.
         """
@@ -80,7 +79,7 @@ class TorusBench:
 def measure_tops(
     bench: TorusBench, kind: str, tops: int, longest: float, seed: int
 ) -> Iterator[Row]:
-    """Yield run times for all tops whose closed form is not rejected."""
+    """Yield the run times of all tops that have a closed form."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])
@@ -93,7 +92,7 @@ def measure_tops(
 
 
 def print_times(kind: str, rows: list[Row]) -> None:
-    """Print median run times and 99 % quantiles, and the speed relative to the Taylor method."""
+    """Print run times, and the speed of closed forms relative to the Taylor method."""
     plan, one, batch, series = np.array(rows).T
     print(f"{kind}: {len(rows)} tops")
     for name, seconds in (("plan", plan), ("one state", one), ("state in batches", batch)):
@@ -105,7 +104,7 @@ def print_times(kind: str, rows: list[Row]) -> None:
 
 
 def compare_with_heyoka(kind: str, tops: int, seed: int) -> None:
-    """Print the run times and the errors of the method 'auto' and of heyoka."""
+    """Print the run times and the errors of 'auto' and heyoka."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])
