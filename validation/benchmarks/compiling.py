@@ -1,6 +1,6 @@
 """Compilation of the C library together with additional code for benchmarks.
 
-Additional source files, the instruction sets and the number of Taylor coefficients can be chosen.
+Callers can add source files, and choose the instruction sets and the number of Taylor coefficients.
 """
 
 import ctypes

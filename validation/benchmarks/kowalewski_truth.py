@@ -1,6 +1,6 @@
 """Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from 128-bit heyoka.
 
-    python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
+python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 """
 
 import argparse

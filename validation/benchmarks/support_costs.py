@@ -2,11 +2,10 @@
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-The program compares the processor time per step of a body with and without each of these effects.
-The body is timed alternately with and without the effect, and the median of the ratios is printed.
+The same body is timed alternately with and without each effect, and the median ratio is printed.
 The program also times ensembles of tops on one thread. Ensembles of tops without support motion,
-friction or damping use SIMD instructions. Other ensembles are therefore also compared with tops
-that are integrated individually.
+friction or damping use SIMD instructions. For ensembles that cannot use SIMD instructions, the cost
+relative to single tops is also printed.
 """
 
 import argparse
@@ -35,7 +34,7 @@ WORDS = {
 
 
 def make_scenes(kind):
-    """Return a scene without any of the effects, and one scene for each effect."""
+    """Return a simple scene, and variants of it with one additional effect each."""
     body = BODIES[kind]
     plain = kr.Scene(body, **START)
     rotor = plain.replace(body=replace(body, rotor=(0.1, 0.05, -0.08)))

@@ -1,9 +1,9 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
 All integrators are wrapped in functions without arguments that return the final attitudes. The
-heyoka integrators are compiled with the constants of the body. They integrate eight tops at a time
-with SIMD instructions. Either each thread has its own integrator, or heyoka's ensemble function is
-used.
+heyoka integrators are compiled with the constants of the body. A heyoka integrator advances eight
+tops at a time with SIMD instructions. Either each thread has its own integrator, or heyoka's
+ensemble function is used.
 """
 
 from collections.abc import Callable

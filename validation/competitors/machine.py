@@ -54,7 +54,7 @@ def commit_name():
 def fingerprint(*more):
     """Return a list of everything that influences measurements.
 
-    The list contains the strings `more`, a hash of the code, and the versions and the machine.
+    The list contains a hash of the code, the versions, the machine, and the strings `more`.
     """
     here = Path(__file__).parents[1]
     files = [
@@ -91,7 +91,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Return the version of GSL if kreisel was compiled with GSL."""
+    """Describe whether GSL is available, and in which version."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]

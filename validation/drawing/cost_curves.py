@@ -104,7 +104,7 @@ def find_leaders(lines):
 
 
 def select_leaders(groups, methods, quantities_and_costs):
-    """Return the fastest methods, without closed forms."""
+    """Return the fastest methods that are not closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
@@ -117,7 +117,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
     """Draw the curves of all methods in one panel, with the methods `named` in colour.
 
-    The colours and markers of the methods are determined by the list `named`.
+    The list `named` determines the colour and the marker of each method.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:

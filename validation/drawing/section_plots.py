@@ -48,7 +48,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a Poincare section, and beside it the rotation of the apex between crossings."""
+    """Draw a Poincare section beside a plot of the rotation between crossings."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)

@@ -41,7 +41,7 @@ class ModuleUsage:
         return counts
 
     def rank_tests(self, file, lines):
-        """Return (line count, module, test) for each test that executes one of the lines `lines`.
+        """Return (line count, module, test) for each test that executes one of the given lines.
 
         A test that executes few lines usually checks each of them more closely.
         """

@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of run times for a state at a late time, or None without measurements."""
+    """Return the range of run times for the state at a large time, or None without measurements."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

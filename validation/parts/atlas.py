@@ -98,8 +98,8 @@ def family_contexts(found):
 def describe_cell(cell):
     """Return the verdict and a message if a result needs an explanation.
 
-    An explanation is needed for a failed run, a silent error, and a large error of an adaptive
-    method.
+    An explanation is needed if a run fails, if the error is not noticeable, or if an adaptive
+    method has a large error.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):

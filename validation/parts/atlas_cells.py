@@ -1,7 +1,7 @@
 """The results of the stability atlas for all methods and test cases.
 
 Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
-the difference between these solutions and on a reference solution.
+the difference between both solutions and on a reference solution.
 """
 
 from collections.abc import Callable
@@ -62,7 +62,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return the requested setting and a more accurate one."""
+    """Return the requested step size or tolerance, and a smaller one."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]

@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return the ratios of heyoka's run time to kreisel's: of medians, and of shortest times."""
+    """Return two ratios of heyoka's run time to kreisel's, from medians and from shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 
@@ -225,7 +225,7 @@ def compute_share(scene, band):
 
 
 def count_paying_runs(band):
-    """Return the number of runs that compensate for the compile time of heyoka."""
+    """Return the number of runs after which heyoka has made up for its compile time."""
     gain = median(band["seconds"][SOLVE]) - median(band["seconds"][HEYOKA])
     return band["compiling"] / gain if gain > 0 else inf
 
@@ -268,7 +268,7 @@ def format_band(scene, band):
 
 
 def describe_payment(found):
-    """Return a description of heyoka's compile time in relation to its run time."""
+    """Describe heyoka's compile time in relation to its run time."""
     bands = [band for _, band in list_bands(found)]
     seconds = [band["compiling"] for band in bands]
     runs = sorted(count for count in map(count_paying_runs, bands) if count < inf)

@@ -1,7 +1,7 @@
 """Regular and chaotic motion: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
 Poincare sections are shown for several tops, from integrable to chaotic. The width of a chaotic
-layer is compared with the theory of Melnikov.
+layer is compared with Melnikov's theory.
 """
 
 import math
@@ -29,7 +29,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Return the numbers of orbits, section points and other samples that the time allows."""
+    """Return the numbers of orbits and points for a given time budget."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -40,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return the relative energy drift of all orbits, together with the contents of `size`."""
+    """Return `size` together with the relative energy drift of all orbits."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])

@@ -37,7 +37,7 @@ def make_record(times):
 
 
 def measure_fit(name, times, rounds):
-    """Fit one record, and return a moment of inertia, its standard error and the run time."""
+    """Fit simulated measurements, and return a moment of inertia and its standard error."""
     values, guess = make_record(times), make_scene(OFF)
     found, errors, messages = FITTERS[name](guess, times, values, NOISE)
     call = partial(FITTERS[name], guess, times, values, NOISE)

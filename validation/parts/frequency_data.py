@@ -12,8 +12,8 @@ def measure_rotation(orbits, name):
     """Return the axial momentum and the rotation number of each orbit.
 
     The axial momentum is taken where the spin angle is closest to zero. The rotation number is the
-    angle of precession per nutation period, in turns. Its change between the first and the second
-    half of the orbit is also returned.
+    angle of precession per nutation period, in turns. The change of the rotation number between the
+    two halves of an orbit is also returned.
     """
     tops = kr.starts(
         section_data.make_body(name),

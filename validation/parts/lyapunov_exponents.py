@@ -13,7 +13,7 @@ TIMES = 5.0  # motions whose growth rate exceeds this multiple of ln(t)/t are ch
 
 
 def draw_starts(body, energy, vertical, seed):
-    """Return random initial states, or None if this energy is too low."""
+    """Return random initial states, or None if the energy is too low."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
     except ValueError:  # no motion has such a low energy
@@ -43,7 +43,7 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The statistics include the drift of the conserved quantities of the tangents.
+    The drift of conserved quantities indicates the accuracy.
     """
     tops = kr.starts(
         section_data.make_body(name),

@@ -62,7 +62,7 @@ def make_asymmetric(problem):
 
 
 def scene_forms(problem):
-    """Return a top as an asymmetric body, as a symmetric body, and without gravity."""
+    """Return three variants of a top: asymmetric, symmetric, and without gravity."""
     scene = problem.to_scene()
     return dict(
         zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
@@ -92,7 +92,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omission, and functions that compute without and with it.
+    """Yield the name of each omission, and functions that run without and with the omission.
 
     The functions return the memory needed for the results [bytes].
     """

@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Compare the energy error of kreisel with published results in one clause."""
+    """Compare the energy errors of kreisel with published errors."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

@@ -41,7 +41,7 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Replace each value by the mean over its orbit."""
+    """Replace all values on an orbit by their mean."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 

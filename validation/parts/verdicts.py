@@ -1,4 +1,4 @@
-"""Verdicts on the results of the stability atlas.
+"""Assessment of the results of the stability atlas.
 
 To judge a solution, a user can compute it again with half the step size or a hundredth of the
 tolerance. Let d be the difference in attitude between these two solutions. If the method attains

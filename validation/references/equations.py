@@ -45,8 +45,8 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the coefficients of the equations of motion in multiprecision.
 
-    The coefficients convert the variables to angular velocities, multiply products of variables,
-    and determine the torque. For a damped top, the decay rates due to damping are appended.
+    The order of the coefficients is: angular velocities, products of two variables, torque. For a
+    damped top, the decay rates due to damping are appended.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]

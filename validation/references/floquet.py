@@ -1,8 +1,9 @@
 """Derivatives of closed-form solutions with respect to the initial state.
 
 In the body frame, the vertical P and the momentum M are periodic with the period tau. For a
-symmetric body, P and M are periodic up to a rotation S about the symmetry axis. A tangent consists of a rotation vector theta and a change N of the momentum. Let Phi(t) be
-the matrix that maps theta and N at time 0 to theta and N at time t. By Floquet's theorem,
+symmetric body, P and M are periodic up to a rotation S about the symmetry axis. A tangent consists
+of a rotation vector theta and a change N of the momentum. Let Phi(t) be the matrix that maps theta
+and N at time 0 to theta and N at time t. By Floquet's theorem,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
 The motion over one period is computed in 30-digit arithmetic. Matrix powers are computed with 50
 decimal digits, so that all 30 digits remain correct.
@@ -71,7 +72,7 @@ def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
 
 
 class _Body(NamedTuple):
-    """A body in decimals.
+    """A rigid body whose parameters are decimal numbers.
 
     The moments, the lever and the symmetry axis are given along the principal axes. The matrix
     `frame` rotates the principal axes to the axes of the user.

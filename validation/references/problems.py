@@ -76,7 +76,7 @@ class Problem:
 
     @property
     def rate(self):
-        """A typical angular velocity of the top, from its initial motion and from its weight [T^-1]."""
+        """The larger of the initial angular velocity and the pendulum frequency [T^-1]."""
         spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
@@ -87,7 +87,7 @@ class Problem:
     def energies(self, q, m):
         """Return the kinetic and potential energies, computed in extended precision.
 
-        Extended precision makes the rounding error of this evaluation negligible.
+        Extended precision makes the rounding errors of the energy negligible.
         """
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
@@ -98,7 +98,8 @@ class Problem:
     def energy_errors(self, q, m):
         """Return the error of the energy relative to max(T + mass * gravity * |com|).
 
-        The first state must be the initial state. For a damped top, only an increase of the energy counts as an error.
+        The first state must be the initial state. For a damped top, only an increase of the energy
+        counts as an error.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential

@@ -121,7 +121,7 @@ class TopEquations:
 
 
 def fixed_in_space(q, v):
-    """Return the vertical in the body frame for quaternions of any length."""
+    """Return q* v q for quaternions of any length."""
     size = (q[:, :1] ** 2 - (q[:, 1:] ** 2).sum(1)[:, None]) * v
     along = 2 * (q[:, 1:] @ v)[:, None] * q[:, 1:]
     return size + along - 2 * q[:, :1] * np.cross(q[:, 1:], v)

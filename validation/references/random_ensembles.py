@@ -70,7 +70,7 @@ def compute_truths(tops):
 def compute_conditioning(tops):
     """Return the angle by which initial rounding errors change the final attitude [rad].
 
-    An error of this size is unavoidable in double precision.
+    Errors as large as the conditioning are unavoidable in double precision.
     """
 
     def of(scene):

@@ -152,7 +152,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change in attitude [rad] caused by one rounding error in each number."""
+    """Return the change in attitude [rad] caused by one rounding error in each parameter."""
     own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -236,7 +236,7 @@ def conditioning_by_differences(problem, times):
 def truth_by_quadrature(problem, end):
     """Return the reference solution of a Lagrange top or a free rigid body.
 
-    The final time can be very large, because no integration is needed.
+    The final time can be very large, because the solution is computed without time steps.
     """
 
     def state(top, t):

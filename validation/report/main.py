@@ -105,7 +105,7 @@ def load_problems(files, budget):
 
 
 def run_parts(out, problems, parts, budget, console):
-    """Run all tasks, and return the results and a message about missing ones."""
+    """Run all tasks, and return the results and a message about missing results."""
     own = [problem for problem, _ in problems if problem.user]
     store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
     tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]

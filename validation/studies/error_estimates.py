@@ -70,7 +70,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print a summary of the ratios, and return the number of large ones."""
+    """Print a summary of the ratios, and return how many are too large."""
     beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)

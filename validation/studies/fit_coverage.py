@@ -26,12 +26,12 @@ BIAS = np.array((0.05, -0.1, 0.08))
 class Case(NamedTuple):
     """A fit of simulated measurements to a model with known parameters.
 
-    truth    the scene that moved
-    guess    the scene from which the fit begins
-    records  the records
-    free     the free parameters
-    compare  the functions of the scene that the records determine
-    loss     the loss of the fit
+    truth    the scene whose motion is simulated
+    guess    the initial guess of the fit
+    records  the simulated measurements
+    free     the parameters to be fitted
+    compare  functions of the scene that the measurements determine
+    loss     the loss function of the fit
     """
 
     truth: kr.Scene

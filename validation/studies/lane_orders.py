@@ -89,8 +89,8 @@ def error_quantiles(q, truth):
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Find the largest tolerance for which the errors are acceptable.
 
-    Returns the factor by which the tolerance is reduced (as a binary logarithm), a function and the
-    errors. Returns None if all tolerances are too large.
+    Returns the reduction of the tolerance as a binary logarithm, a function and the errors. Returns
+    None if all tolerances are too large.
     """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)

@@ -52,7 +52,7 @@ def attitude_error(truth, states):
 
 
 def count_operations(order):
-    """Return the numbers of vector operations per step for sums of products and for everything else.
+    """Return the numbers of vector operations per step in sums of products and elsewhere.
 
     A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
     requires 27 other operations: 3 for additions, 17 for the derivatives of q, P and W, 5 for

@@ -41,7 +41,7 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a function that integrates to time `t` and returns the state in double-double precision.
+        """Return a function that integrates to time `t` and returns high and low words.
 
         The number of steps is stored in `steps`.
         """

@@ -4,19 +4,19 @@
 
 The tops are drawn as in validation/benchmarks/kowalewski_speed.py, and tau is the unit of time of a
 top. The reference solutions are computed by the Taylor method with 30 digits. The error of each top
-is measured at one random time between 0.1 and `--longest` tau. For a few tops, it is also measured
-at times up to 1e6 tau. The conditioning is the change of a state if the initial state is perturbed
-by one rounding error in a random direction. The drift of the conserved quantities is measured up to
-1e6 tau.
+is measured at one random time between 0.1 and `--longest` tau. The errors of a few tops are also
+measured at times up to 1e6 tau. The conditioning is the change of a state if the initial state is
+perturbed by one rounding error in a random direction. The drift of the conserved quantities is
+measured up to 1e6 tau.
 
 To test consistency, the closed form is also computed from a later state of the same motion. The two
-closed forms are compared at 1e6 tau. Their difference is divided by the conditioning, because
-rounding errors change the frequencies of the motion.
+closed forms are compared at 1e6 tau. The difference between both closed forms is divided by the
+conditioning, because rounding errors change the frequencies.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
-forms explain. With `--plans 1000000`, the algorithms are tested on a million tops. The closed form
-of each of these tops is compared with the Taylor method at one random time, 1 to 10 tau. The
-certificate of a closed form is its error at the initial time and shortly afterwards.
+forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
+then compared with the Taylor method at one random time between 1 and 10 tau. The certificate of a
+closed form is its error at the initial time and shortly afterwards.
 """
 
 import argparse
@@ -38,7 +38,7 @@ LARGE_ERRORS = (1e-13, 1e-12, 1e-11, 1e-10)
 
 
 def differ(one, other, scale):
-    """Return the largest difference between two paths, in attitude [rad] or in momentum over `scale`."""
+    """Return the largest difference between two paths, in attitude or in scaled momentum."""
     p, q = one.q, other.q
     near = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
     apart = 4.0 * np.arcsin(np.minimum(near / 2.0, 1.0))
@@ -64,7 +64,7 @@ def nudge(scene, rng, scale):
 
 
 def condition(scene, t, rng, scale, solve):
-    """Return the largest change of the state at time `t` caused by one rounding error in the initial state."""
+    """Return the effect of one rounding error in the initial state on the state at time `t`."""
     path, most = solve(scene, [t]), 0.0
     for _ in range(3):
         change = differ(solve(nudge(scene, rng, scale), [t]), path, scale)
@@ -77,7 +77,7 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error of the closed form at time `t`, and the conditioning if the error is large."""
+    """Return the error of the closed form at time `t`, and the conditioning for large errors."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 

@@ -104,7 +104,7 @@ def find_size(value, velocity, up, kind):
 def scale_to(kind, value, name):
     """Return a family of random initial states for which `value` is zero at eps = 0.
 
-    The velocity is multiplied by 1 + eps.
+    For other values of eps, the velocity is multiplied by 1 + eps.
     """
 
     def make(eps, numbers):

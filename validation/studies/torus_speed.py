@@ -3,9 +3,10 @@
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
 The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The preparation and the
-evaluation of closed forms are compared with the Taylor method, all in C. Closed forms are evaluated
-at random times up to 1000 units of time, individually and in batches. The Taylor method is timed up
-to `--longest` units of time. The result is extrapolated linearly to 1e6 units of time.
+evaluation of closed forms are timed alternately with the Taylor method in C. Closed forms are
+evaluated at random times up to 1000 units of time, individually and in batches. The Taylor method
+is timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly
+to 1e6 units of time.
 
 For some tops, kreisel.solve with the method 'auto' and heyoka are also compared. The errors of
 heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also
@@ -52,7 +53,7 @@ class TorusBench:
     def measure(
         self, kind: int, scene: kr.Scene, times: npt.NDArray[np.float64], end: float
     ) -> Row:
-        """Return the median run times of the preparation, of single and batched states, and of a series.
+        """Return median run times of closed forms and of the Taylor method.
 
         Raises ValueError if the closed form is rejected.
         """

@@ -120,7 +120,7 @@ def action(angle, end, n=400):
     """Return the difference in action between a swinging and a hanging top.
 
     The swing angle is `angle` * sin(pi t / end). The difference is divided by the magnitude of the
-    potential energy.
+    terms in the action.
     """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n

@@ -72,7 +72,8 @@ class FourTops(Comparison):
     def term(self):
         """The energy error of the Bobenko-Suris method, by the formula of section 6.1.4.
 
-        In scaled units, it is the change of -I1 eps2/2 <a x m, p> since the initial time.
+        In scaled units, the energy error is the change of -I1 eps2/2 <a x m, p> since the initial
+        time.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -132,7 +133,7 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime(Comparison):
-    """Experiment 6.2, in which states are compared with the reference after every five units of time."""
+    """Experiment 6.2, in which states are compared after every five units of time."""
 
     red: Trajectory
     blue: Trajectory

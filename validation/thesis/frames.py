@@ -49,7 +49,7 @@ def hide_frame(axes):
 
 
 def cuboid_faces(half, centre):
-    """Return the corners of all faces, counterclockwise as seen from outside, with shape (6, 4, 3)."""
+    """Return the corners of all faces, counterclockwise as seen from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -84,8 +84,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    If `behind` is true, only vectors that point away from the viewer are drawn. Otherwise, only
-    vectors that point towards the viewer are drawn.
+    Only vectors that point away from the viewer are drawn if `behind` is true, and only the others
+    if it is false.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -108,7 +108,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the position of the fixed point in the left (-0.5) or right (0.5) half of the picture."""
+    """Return the position of the fixed point in the left or right half of the picture."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 

@@ -1,4 +1,4 @@
-"""Computations with the fourth integral (section 5.6.6) and with two forms of the equations (section 3.4)."""
+"""Computations with the fourth integral and with two forms of the equations of motion."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -34,7 +34,7 @@ class FourthIntegral:
 def measure_fourth_integral(kind):
     """Compute the data of figure 5.5, or of the corresponding figure for the integral G.
 
-    The method extrap is restarted every 0.1 units of time, for 300 units of time.
+    The method extrap integrates over 300 units of time and is restarted every 0.1 units.
     """
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
@@ -89,8 +89,7 @@ def compare_forms_on(name, end, rounds):
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error [rad] if the angular velocity is updated only once per interval.
 
-    The angular velocity is exact at the beginning of each interval and constant until its end. This
-    error is described in the thesis.
+    The angular velocity is exact at the beginning of each interval and constant until its end.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

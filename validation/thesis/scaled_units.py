@@ -14,9 +14,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Units:
-    """The units of length [L] and mass [M] in which a top is described.
+    """The units of length [L] and mass [M] in the Bobenko-Suris form of the equations.
 
-    units.into(scene) converts a scene to these units, and units.back(scene) converts it back.
+    The unit of time does not change. Call units.into(scene) to convert a scene to these units, and
+    units.back(scene) to convert it back.
     """
 
     length: float

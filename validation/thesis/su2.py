@@ -22,7 +22,7 @@ def to_vector(X):
 
 
 def rotate(Phi, x):
-    """Rotate a vector by Phi^-1 X Phi, where X is the matrix of the vector."""
+    """Return the vector of Phi^-1 X Phi, where X is the matrix of a given vector."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 

@@ -40,7 +40,7 @@ class Trajectory:
 
     @property
     def vertical_momentum(self):
-        """The vertical component of the angular momentum. The thesis uses gravity * <m, e3> instead."""
+        """The vertical component of the angular momentum, called <m, p> / gravity in the thesis."""
         return self.path.vertical_momentum
 
     @property
@@ -79,8 +79,8 @@ def solve_theorem42(scene, step, end, every=1):
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate with extrap, and restart after each interval as the program of the thesis does.
 
-    An interval is the time between two pictures in that program. After each restart, the initial
-    step size is used again. The state is returned after every `every`-th interval.
+    An interval is the time between two pictures in the program of the thesis. After each restart,
+    the initial step size is used again. The state is returned after every `every`-th interval.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
