@@ -43,7 +43,7 @@ def map_exponents(side):
 def summarize_exponents(name, n):
     """Return statistics of the Lyapunov exponents for `n` random initial states.
 
-    The drift of conserved quantities indicates the accuracy.
+    The drift of conserved quantities shows how accurate the exponents are.
     """
     tops = kr.starts(
         section_data.make_body(name),

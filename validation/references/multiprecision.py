@@ -1,7 +1,7 @@
 """Reference solutions with 60 digits for undamped tops, computed by heyoka.
 
-These solutions are used to check computations with 30 digits. The double-precision parameters of a
-scene are taken as exact numbers. A quaternion need not have unit length.
+The solutions with 60 digits are used to check computations with 30 digits. The double-precision
+parameters of a scene are taken as exact numbers. A quaternion need not have unit length.
 """
 
 import heyoka as hy

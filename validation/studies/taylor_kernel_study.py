@@ -55,8 +55,8 @@ def count_operations(order):
     """Return the numbers of vector operations per step in sums of products and elsewhere.
 
     A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
-    requires 27 other operations: 3 for additions, 17 for the derivatives of q, P and W, 5 for
-    permutations, and 2 for the evaluation of the series.
+    requires 27 other operations. Of these, 3 are additions, 17 are needed for the derivatives of q,
+    P and W, 5 are permutations, and 2 evaluate the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order

@@ -204,7 +204,7 @@ def run_equal_time(end=3200.0):
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
     """Return the times at which extrap becomes less accurate than Bobenko-Suris.
 
-    Each row contains a tolerance, the time or None, and the final error of extrap.
+    Each row contains a tolerance, the time (None if there is none), and the final error of extrap.
     """
     end, rows = timed.t[-1], []
     for tol in tolerances:
