@@ -3,7 +3,7 @@
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
 The tests cover kr.solve, ensembles, kr.stream, and runs that are saved and resumed. Events,
-sections, tangents and Lyapunov exponents are also tested. All computations are done in double
+sections, tangents and Lyapunov exponents are also tested. All tested functions use the default
 precision. The reference solution is the Taylor series with 20 digits. The attitude error must not
 exceed a small multiple of the conditioning plus a constant. The conditioning is the change in
 attitude caused by one rounding error in each initial value and parameter. The program prints one
