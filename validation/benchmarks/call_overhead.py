@@ -1,10 +1,11 @@
-"""The overhead of the Python function kr.solve over the C library.
+"""The overhead of kr.solve over the C library, and the time needed to create a scene.
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
 The overhead is defined as the run time of kr.solve minus the run time of the same computation in C.
 Each function call is timed in a separate process. With --beside, a second version of kreisel is
-timed as well. Each call is repeated 25 times per round, and the shortest time is used.
+timed as well. Each call is repeated 25 times per round, and the shortest time is used. The program
+prints the median over all rounds in microseconds.
 """
 
 import argparse

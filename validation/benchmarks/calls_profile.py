@@ -2,8 +2,9 @@
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-Each public function is called a few times as a warm-up. Calls into NumPy, the standard library and
-the core are not counted, nor are calls on other threads.
+The program also counts the source files in which these functions are defined. Each public function
+is called a few times as a warm-up. Calls into NumPy, the standard library and the core are not
+counted, nor are calls on other threads.
 """
 
 import argparse

@@ -25,7 +25,7 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Return the C source files of the core library."""
+    """Return the C source files of the library, without those for GSL and for the viewer."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 

@@ -1,6 +1,8 @@
 """Reference states for tests/c/test_goryachev_chaplygin.c, from heyoka in 128-bit arithmetic.
 
-python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
+    python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
+
+The program takes a few minutes.
 """
 
 import argparse

@@ -1,6 +1,8 @@
 """Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from 128-bit heyoka.
 
-python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
+    python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
+
+The program takes a few minutes.
 """
 
 import argparse

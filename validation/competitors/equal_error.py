@@ -68,7 +68,10 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the run time per top in seconds, divided by the number of threads."""
+    """Return the run time per top [s].
+
+    The run time of a serial integrator is divided by the number of threads.
+    """
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
@@ -100,7 +103,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the ratio of run times at equal error, and both run times per top [s].
+    """Return the median ratio of run times at equal error, and both median run times per top [s].
 
     All results are nan if one of the integrators does not reach the error.
     """

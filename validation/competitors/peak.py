@@ -16,7 +16,7 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 def measure_peak():
     """Return the peak rate of floating-point operations on one core [1/s].
 
-    Returns None if no C compiler is available.
+    A fused multiply-add counts as two operations. Returns None if no C compiler is available.
     """
     compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
     if compiler is None:

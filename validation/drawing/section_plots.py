@@ -91,7 +91,7 @@ def draw_regions(borders, points, greatest, highest, close):
 def draw_kicks(angles, changes, amplitude):
     """Plot measured and predicted changes of the axial momentum during one swing.
 
-    `changes` maps labels to arrays of changes.
+    `changes` maps labels to arrays of changes divided by the perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):

@@ -58,7 +58,10 @@ def figure_to_svg(figure, **options):
 
 
 def make_panel(height=3.1, width=4.9):
-    """Create a figure with room for labels on the right."""
+    """Create a figure with room for labels on the right.
+
+    Sizes are in inches.
+    """
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(

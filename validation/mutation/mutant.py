@@ -43,7 +43,10 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Return a random sample without replacement."""
+    """Return a random sample without replacement.
+
+    Smaller samples are prefixes of larger ones.
+    """
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]

@@ -102,7 +102,7 @@ def make_environment(root):
 
 
 def run_pytest(root, words, cpu=600, wall=1800):
-    """Run tests until one fails. Returns the exit status and the name of the failing test."""
+    """Run tests until one fails. Returns the result of pytest and the name of the failing test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [

@@ -40,7 +40,7 @@ def parse_line(line):
 
 
 def format_table(ledger, mutants):
-    """Format the final table, which lists the mutants that the tests did not detect."""
+    """Format the final table, with the fraction of detected mutants and a list of the others."""
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]

@@ -131,7 +131,7 @@ def select_bracket(ladder, target):
 
 
 def interpolate(bracket, samples, target):
-    """Return the run time at the error `target`, by interpolation between two runs."""
+    """Return the run time [s] at the error `target` in each round, by interpolation."""
     runs = [
         equal_error.Run("", "", 1, error, error, error, seconds)
         for (_, error), seconds in zip(bracket, samples, strict=True)

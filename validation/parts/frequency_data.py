@@ -12,8 +12,8 @@ def measure_rotation(orbits, name):
     """Return the axial momentum and the rotation number of each orbit.
 
     The axial momentum is taken where the spin angle is closest to zero. The rotation number is the
-    angle of precession per nutation period, in turns. The change of the rotation number between the
-    two halves of an orbit is also returned.
+    angle of precession per nutation period, without whole turns. The change of the rotation number
+    between the two halves of an orbit is also returned.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -38,7 +38,10 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Return the angle in turns by which a top precesses during one nutation period."""
+    """Return the angle in turns by which a top precesses during one nutation period.
+
+    The number of whole turns is arbitrary.
+    """
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 

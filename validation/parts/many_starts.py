@@ -1,8 +1,9 @@
 """Run time against error for many random initial states, with kreisel and other integrators.
 
 Random initial states are obtained by rotating the initial state of a scene and scaling the
-momentum. Each program is run with many tolerances. The run time for a given error is the shortest
-run time of all runs with at most this error. For kreisel, the method is chosen automatically.
+momentum. These changes preserve the character of the motion. Each program is run with many
+tolerances. The run time for a given error is the shortest run time of all runs with at most this
+error. For kreisel, the method is chosen automatically.
 """
 
 from dataclasses import replace

@@ -2,7 +2,7 @@
 
 Step sizes and tolerances are chosen so that all methods take about the same time. All tops are
 scaled to the same angular velocity and are integrated over the same number of turns. The reference
-solutions are computed by heyoka in 80-bit arithmetic.
+solutions are computed by heyoka in 80-bit arithmetic, with negligible errors.
 """
 
 from functools import partial
@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Draw a random body of one kind."""
+    """Draw a random body of one kind, with moments between 0.2 and 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)

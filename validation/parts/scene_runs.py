@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The shortest run time of all rounds."""
+        """The shortest run time of all rounds [s], because other load can only slow a run down."""
         return min(self.samples, default=self.about)
 
     @property
@@ -64,7 +64,10 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two that is close to the duration of a turn."""
+    """Return a power of two that is close to the duration of a turn [T].
+
+    A power of two allows the steps to divide the final time exactly.
+    """
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 

@@ -94,11 +94,12 @@ def estimate_error(second_run, order):
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Find a sign by which a user can notice an attitude error.
+    """Return the name of a sign by which a user can notice an attitude error, or None.
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
-    can be caused by rounding or by the tolerance.
+    can be caused by rounding or by the tolerance. An error that is equal in both runs cannot be
+    noticed.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART

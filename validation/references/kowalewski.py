@@ -41,7 +41,7 @@ def vertical_momentum(g):
 
 
 def critical_values(g, h):
-    """Return all critical values of K in ascending order.
+    """Return the critical values of K that motions attain, in ascending order.
 
     Each critical value is paired with the number of its formula, from 1 to 3.
     """
@@ -57,7 +57,7 @@ def critical_values(g, h):
 
 
 def region_borders(greatest):
-    """Return the curves that divide the plane of g and h into regions."""
+    """Return the curves that divide the plane of g and h into regions, up to g = `greatest`."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
     kept = g**2 > 1e-2

@@ -41,7 +41,7 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Return the Melnikov amplitude A by numerical integration along the separatrix."""
+    """Return the Melnikov amplitude A, computed from the second half of the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1

@@ -34,7 +34,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes at the given times."""
+        """Return the attitudes of the principal axes at `times`, which are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -61,7 +61,7 @@ def normalize(q):
 
 
 def path_attitudes(path):
-    """Return the attitudes along a path in multiprecision."""
+    """Return the attitudes of the principal axes along a path in multiprecision."""
     low = path.q_low if path.digits in (20, 30) else np.zeros_like(path.q)
     axes = to_reals(path.scene.body.axes)
     return [

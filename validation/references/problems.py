@@ -71,7 +71,7 @@ class Problem:
 
     @property
     def fastest_rate(self):
-        """The largest rate of change of the motion, including damping [T^-1]."""
+        """The larger of the angular velocity `rate` and the fastest damping rate [T^-1]."""
         return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property

@@ -72,7 +72,10 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals of rational functions of sn^2, for Jacobi's elliptic function sn."""
+    """Integrals of rational functions of sn^2, for Jacobi's elliptic function sn.
+
+    The argument x is scaled so that sn has the period 4 K.
+    """
 
     def __init__(self, k2, v0, rising):
         self.k2, self.quarter, self.nome, self.known = k2, mp.ellipk(k2), mp.qfrom(m=k2), {}
@@ -210,7 +213,8 @@ class Lagrange:
 class Euler:
     """The motion of a free rigid body with three different moments as a function of time.
 
-    If the rotation is nearly about the middle axis, more digits are needed.
+    A permanent rotation is not allowed. If the body rotates nearly about the middle axis, `digits`
+    must be larger.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -232,7 +236,7 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Sort the principal axes by moment, with the middle moment second.
+        """Order the axes so that the second moment is the middle one and M3 is not negative.
 
         The attribute `relabel` is the rotation from the sorted axes to the body axes.
         """

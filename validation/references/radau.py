@@ -192,7 +192,10 @@ def integrate(problem, times, tol=TOL, **effects):
 
 
 def truncation_size(top, term, stages):
-    """Return the truncation error of a step relative to the size of the state."""
+    """Return the truncation error of a step relative to the size of the state.
+
+    An angular velocity that has decayed almost to zero is ignored.
+    """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)
     return float(max(np.abs(term[:4]).max(), np.abs(term[4:]).max() / scale))

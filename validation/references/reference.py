@@ -218,7 +218,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of a problem [rad], computed from differences."""
+    """Return the conditioning of a problem [rad], computed from finite differences."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 

@@ -95,7 +95,10 @@ def attitudes(rng):
 
 
 def velocity(rng):
-    """Simulate measurements of the angular velocity in space."""
+    """Simulate measurements of the angular velocity in space.
+
+    These measurements do not determine the order of the axes.
+    """
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
     return heavy_case([kr.Record(t, {"velocity": values}, sigma)], (1.1, 1.2, 1.0))
@@ -141,7 +144,10 @@ def environment_case(records, truth, free, measure, **start):
 
 
 def friction(rng):
-    """Simulate a gyroscope with friction that eventually stops the spin."""
+    """Simulate a gyroscope with friction that eventually stops the spin.
+
+    The fit starts without friction.
+    """
     t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
     values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
     record = kr.Record(t, {"body_velocity": values}, sigma)
@@ -153,7 +159,10 @@ def friction(rng):
 
 
 def turning(rng):
-    """Simulate a gyroscope and a camera on a turning support."""
+    """Simulate a gyroscope and a camera on a turning support.
+
+    The fit starts with a support at rest.
+    """
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
     values, sigma = add_noise(rng, path.inertial_velocity)
@@ -164,7 +173,10 @@ def turning(rng):
 
 
 def shaking(rng):
-    """Simulate attitude measurements on a shaken support."""
+    """Simulate attitude measurements on a shaken support.
+
+    The initial guess of the rate is within 2 % of the truth.
+    """
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))
     record = kr.Record(t, {"q": multiply_quaternions(kr.solve(truth, t).q, turns)}, NOISE)

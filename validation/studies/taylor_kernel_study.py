@@ -65,7 +65,8 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak is not reached, because each coefficient depends on the previous one.
+    The peak is two vector operations per clock cycle. It is not reached, because each coefficient
+    depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()

@@ -4,10 +4,10 @@
 
 The tops are drawn as in validation/benchmarks/kowalewski_speed.py, and tau is the unit of time of a
 top. The reference solutions are computed by the Taylor method with 30 digits. The error of each top
-is measured at one random time between 0.1 and `--longest` tau. The errors of a few tops are also
-measured at times up to 1e6 tau. The conditioning is the change of a state if the initial state is
-perturbed by one rounding error in a random direction. The drift of the conserved quantities is
-measured up to 1e6 tau.
+is measured at one random time of either sign, between 0.1 and `--longest` tau. The errors of a few
+tops are also measured at times up to 1e6 tau. The conditioning is the change of a state if the
+initial state is perturbed by one rounding error in a random direction. The drift of the conserved
+quantities is measured up to 1e6 tau.
 
 To test consistency, the closed form is also computed from a later state of the same motion. At 1e6
 tau, the states computed from both closed forms are compared. The difference between both closed
@@ -15,8 +15,8 @@ forms is divided by the conditioning, because rounding errors change the frequen
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
-then compared with the Taylor method at one random time between 1 and 10 tau. The certificate of a
-closed form is its error at the initial time and shortly afterwards.
+then compared with the Taylor method at one random time of either sign, between 1 and 10 tau. The
+certificate of a closed form is its error at the initial time and shortly afterwards.
 """
 
 import argparse
@@ -105,7 +105,8 @@ def drift_of_integrals(top, tau, rng, scale):
 def compare_restarted(scene, top, tau, rng, scale):
     """Return the difference between closed forms that are computed from two states of a motion.
 
-    Returns None if the closed form is rejected for the second state.
+    The difference is divided by the conditioning. Returns None if the closed form is rejected for
+    the second state.
     """
     at = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [at])

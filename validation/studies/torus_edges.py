@@ -85,7 +85,7 @@ def discriminant(h, vertical, c):
 
 
 def find_size(value, velocity, up, kind):
-    """Scale a velocity so that the function `value` is zero, and return the factor."""
+    """Scale a velocity so that the function `value` is zero, and return the factor or None."""
     sizes = np.linspace(0.1, 2.5, 25)
     values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
     for i in range(len(sizes) - 1):

@@ -106,7 +106,7 @@ def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
 
 
 def run_failing():
-    """Run the experiment of section 6.1.5, in which the method fails."""
+    """Run the failing experiment of section 6.1.5, with g = 10 and m = (5, 0, 0)."""
     return run_four_tops(FAILING, 20.0)
 
 

@@ -108,7 +108,10 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the position of the fixed point in the left or right half of the picture."""
+    """Return the position of the fixed point in the left or right half of the picture.
+
+    The argument `side` is -0.5 for the left half and 0.5 for the right half.
+    """
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
@@ -140,7 +143,7 @@ def draw_four_tops(courses, t, half, pivot):
 
 
 def fit_height(figure, axes, width=STILL_WIDTH):
-    """Adjust the height of a picture to its content."""
+    """Adjust the height of a picture [inch] to its content."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 

@@ -33,7 +33,7 @@ class Units:
 
 
 def scaled_units(body: kr.Body) -> Units:
-    """Return the units in which the lever and the moment I1 are equal to one.
+    """Return the units of length |com| and of mass I1 / |com|^2, in which |a| = 1 and I1 = 1.
 
     For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore, alpha = 2 C_N^2 / (C_N^2
     + 4 C_T^2), and momenta are multiplied by 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 + 4

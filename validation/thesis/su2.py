@@ -17,7 +17,7 @@ def to_matrix(x):
 
 
 def to_vector(X):
-    """Return the vector that a matrix in su(2) represents."""
+    """Return the vector of a matrix X in su(2), whose components are -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 

@@ -35,12 +35,12 @@ class Trajectory:
 
     @property
     def axial_momentum(self):
-        """The angular momentum about the symmetry axis."""
+        """The angular momentum <m, a> about the symmetry axis."""
         return self.path.axial_momentum
 
     @property
     def vertical_momentum(self):
-        """The vertical component of the angular momentum, called <m, p> / gravity in the thesis."""
+        """The vertical angular momentum <m, e3>, which is <m, p> / gravity in the thesis."""
         return self.path.vertical_momentum
 
     @property
@@ -110,6 +110,6 @@ def largest_until(t, values, until):
 
 
 def fit_exponent(t, values, begin):
-    """Fit a power law t^p to the running maximum of the errors, and return the exponent p."""
+    """Fit a power law t^p to the running maximum after the time `begin`, and return p."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])
