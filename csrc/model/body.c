@@ -1,6 +1,7 @@
-/* Inertia, principal axes and kind (integrable case) of a body with a fixed point. J = J_com + mass
- * * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are
- * computed by Jacobi's eigenvalue method, which is accurate even if principal moments coincide. */
+/* The inertia, the principal axes and the kind (integrable case) of a body with a fixed point. J =
+ * J_com + mass * (|a|^2 1 - a a^t), with the centre of mass a (Bodack 2008, 2.14). The principal
+ * axes are computed by Jacobi's eigenvalue method, which is accurate even if principal moments
+ * coincide. */
 #include "body.h"
 
 /* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
