@@ -110,7 +110,7 @@ typedef struct kr_body {
      * given. The tolerance is in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The total momentum m includes the rotors. The moments assume locked rotors. */
+     * L^2 T^-1]. The momentum m includes the rotors. The moments are those with locked rotors. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -272,11 +272,11 @@ KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
- * * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
+ * * gravity * |com| / I1. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 /* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), which depends on the same
  * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top. G
- * is constant only if <m, e3> = 0. */
+ * is conserved only if the vertical momentum is zero. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
  * conserves with this step. Returns NaN unless the body is a Lagrange top. */
@@ -478,8 +478,8 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
  * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
- * do not exist are NaN. No derivatives exist for Euler angles at a vertical apex, for the apex with
- * respect to com at 0, or for body_acceleration with friction. */
+ * do not exist are NaN. No derivatives exist for Euler angles at a vertical apex, for the apex if
+ * com is 0, or for body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -507,8 +507,8 @@ typedef struct kr_term {
 /* Returns the value of a sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a sign change of g, or a stop of the spin by friction if g is the spin. Values of g
- * below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* An event is a sign change of g. If g is the spin, an event also occurs when friction stops it.
+ * Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -565,16 +565,16 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Indicators of the growth of one tangent of an undamped top, for taylor with up to 16 digits. The
- * norm of the tangent is measured in the internal units of the top, and is initially 1. The
- * directions of the flow and of the rotation about the vertical, which never grow, are projected
- * out. All values refer to the whole path from the initial time. LOG is the logarithm of the norm;
- * LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the indicator
- * MEGNO, and MAX is the largest LOG so far (the orthogonal indicator). ENERGY and MOMENTUM are the
- * relative errors of two exactly conserved derivatives along the tangent: those of the energy and
- * of <m, e3>. TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the
- * tangent. Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT
- * if no step is short enough. */
+/* Indicators of the growth of one tangent of an undamped top, for the method taylor with up to 16
+ * digits. The norm of the tangent is measured in the internal units of the top, and is initially 1.
+ * The directions of the flow and of the rotation about the vertical, which never grow, are
+ * projected out. All values refer to the whole path from the initial time. LOG is the logarithm of
+ * the norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the
+ * MEGNO indicator, and MAX is the largest LOG so far. ENERGY and MOMENTUM are the relative errors
+ * of two exactly conserved derivatives along the tangent: those of the energy and of <m, e3>.
+ * TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the tangent.
+ * Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT if no
+ * step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -601,7 +601,7 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* For KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
+    /* Growth indicators as [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
      * `direction` is the initial tangent, like a column of kr_top_tangents; NULL: a generic one. */
     double *growth;
     const double *direction;
@@ -615,7 +615,7 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
  * kr_top_watch). Here t is the maximum waiting time for the first or next event, negative for
- * backward in time. There is one waiting time for all tops, or [n] with own_times. If no event
+ * backward in time. The waiting time is one number for all tops, or [n] with own_times. If no event
  * occurs within this time, the status of the top is KR_ERR_EVENT. Returns the same statuses as
  * kr_worker_run, and KR_ERR_NO_EVENTS for methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
@@ -639,7 +639,7 @@ typedef struct kr_exact {
     double private_[70];
 } kr_exact;
 /* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for all other tops, and for
- * heavy tops with a nonzero tilt but with tilt and motion below 1e-70. */
+ * heavy tops whose nonzero tilt and motion are below 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
  * motion are correct, but the attitude is arbitrary. The whole state is NaN if the rates are close
@@ -726,9 +726,9 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
- * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the angles
- * are in resonance, the error grows by one rounding error per radian of the heading. */
+ * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, for moments 4 :
+ * 4 : 1. `mismatch` includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G =
+ * 0, the error grows by one rounding error for each radian of rotation about the vertical. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */
@@ -745,7 +745,7 @@ KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, 
 /* Returns the state at two angles, like kr_kowalewski_state_at, but with an arbitrary heading. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
-/* Writes n states, equal to those of kr_goryachev_chaplygin_state in every bit, but faster. */
+/* Writes n states bitwise equal to those of kr_goryachev_chaplygin_state, but computed faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 

@@ -10,7 +10,7 @@
  * principal axes, in the order that the methods need. For a symmetric body, the third axis T is the
  * symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units are
  * powers of two times the user's units. In these units, the largest moment of inertia and the rate
- * of the top are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
+ * of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -48,9 +48,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* The Taylor coefficients of (q, 0, P) and of (0, W), where q is the attitude. P is the
-     * vertical in the body frame. W is the angular velocity in the body frame, divided by `rate`;
-     * |W| is less than 1. */
+    /* The Taylor coefficients of the attitude, vertical and angular velocity, as (q, 0, P) and (0,
+     * W). P is the vertical in the body frame. W is the angular velocity in the body frame, divided
+     * by `rate`; |W| is less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -64,7 +64,7 @@ typedef struct kr_step_polynomial {
      * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. The elements before b, and after the end of each array, must be zero. */
+     * more. The elements before `b` and after the end of both arrays must be zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
@@ -168,10 +168,11 @@ struct kr_method {
      * build omits tangents. */
     const kr_tangent_ops *tangents;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
-     * &kr_extended. NULL if omitted from this build. */
+     * &kr_extended. The pointer is NULL if the build omits extended precision. */
     const kr_extended_ops *extended;
     /* Returns 1 if all counts, indices and loop bounds in `work` are within range. They may be out
-     * of range in a damaged checkpoint. NULL if `work` has no counts, indices or bounds. */
+     * of range in a damaged checkpoint. The pointer is NULL if the work array contains no counts,
+     * indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);

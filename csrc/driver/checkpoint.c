@@ -1,8 +1,8 @@
 /* Checkpoints: functions that save the state of a top to a block of memory and restore it.
  * Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the top unchanged.
  * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. An adaptive
- * motion continues with its most recent step size and order. A motion with dense output continues
- * within its last step. A checkpoint consists of a header, the saved fields of the top, its work
+ * motion continues with its most recent step size and order. A method with dense output resumes
+ * inside its last step. A checkpoint consists of a header, the saved fields of the top, its work
  * arrays and tangents, and the search state of each event. The search states ensure that a resumed
  * run neither repeats nor misses an event. */
 #include "top.h"

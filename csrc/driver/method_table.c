@@ -16,7 +16,7 @@ static const kr_method *const method_table[] = {
 #undef X
 #undef OMITTED
 };
-/* The methods that are left out of this build, followed by an entry without a name. */
+/* The methods omitted from this build, with an unnamed entry at the end. */
 static const kr_method omitted_methods[] = {
 #define X(id)
 #define OMITTED(id)                                                                                \

@@ -132,7 +132,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the step limits of an auxiliary integration within one step. */
+/* Checks the step limits of an integration to a time between two steps. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;

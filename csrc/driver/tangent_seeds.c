@@ -1,5 +1,5 @@
-/* Tangents in the user's frame and units: initial values of the requested columns, and conversion
- * of results. The integration methods propagate the tangents. */
+/* Tangents in the user's frame and units: initialization of the requested columns, and conversion
+ * of the results. The integration methods propagate the tangents. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -27,13 +27,13 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial data (seeds) of all tangent columns, and a pointer to the next free one. */
+/* The initial values of all tangent columns, and a pointer to the next free entry. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends a seed filled with zeros and returns its address. */
+/* Appends a zero entry and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -158,7 +158,7 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of each column's parameter in the user's units, a power of two. */
+/* Writes the internal unit of each tangent parameter, a power of two times the user's unit. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -179,7 +179,7 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
 /* Converts a rotation vector from working axes to the user's body frame. The conversion uses double
- * precision if at most 16 digits are requested. `axes` is the result of kr_extended_axes. */
+ * precision if at most 16 digits are requested. The caller obtains `axes` from kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

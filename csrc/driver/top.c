@@ -1,8 +1,8 @@
 /* A top in motion: creation, states at requested times, and conversion to the user's frame and
  * units. Limits, non-finite states, interruptions and recovery are handled in steps.c. A fixed-step
  * method computes states on the time grid start.t + k * step. An adaptive method computes states at
- * the ends of its own steps. A state between two such points is computed by a separate integration
- * from the earlier point. The requested times therefore do not affect the computed path. */
+ * the ends of its own steps. A state within a step is computed by a separate integration from the
+ * beginning of the step. The requested times therefore do not affect the computed path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -278,7 +278,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     status = kr_refusal_by_method(method, scene);
     if (status != KR_OK) return status;
-    /* On a rotating support, the motion depends on the heading, the rotation about the vertical. */
+    /* On a rotating support, the motion depends on the rotation of the top about the vertical. */
     if (config->skip_heading && kr_scene_turns(scene)) return KR_ERR_OPTION;
     if (!has_tangents_of_friction(scene, config->tangents)) return KR_ERR_OPTION;
     if (!kr_method_suits(method, scene)) return find_refusal(method, scene);
@@ -312,8 +312,8 @@ static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns memory to the tangents and to the work array of each motion. The work array of the main
- * motion and the tangents are aligned to 64 bytes. */
+/* Assigns memory to the tangents and to the work array of each motion. The tangents and the most
+ * frequently used work array are aligned to 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
@@ -449,10 +449,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records up to n states, using a method that evaluates several states per call. Only times that
- * follow each other in the direction of integration are recorded. Returns the number of recorded
- * states. If the result is 0, the caller must compute the first state with record_one. If a step
- * fails, writes its error code to `status`. */
+/* Records up to n states, using a method that evaluates several states per call. Recording ends at
+ * the first time that does not follow the previous one. Returns the number of recorded states. If
+ * the result is 0, the caller must compute the first state with record_one. If a step fails, writes
+ * its error code to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

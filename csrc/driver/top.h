@@ -63,9 +63,9 @@ static inline void kr_event_reset_search(kr_event *event)
     kr_event_store_search(event, none);
 }
 
-/* The byte offset of each field in a checkpoint on machines with 64-bit pointers; pointers are
- * stored as zeros. In a checkpoint, the work arrays follow these fields. Reordering the fields
- * changes the checkpoint format. */
+/* The byte offset of each checkpoint field on machines with 64-bit pointers. Pointers are stored as
+ * zeros. The work arrays follow after the last field. Reordering the fields changes the checkpoint
+ * format. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 272)         X(config, 280)         X(axes, 336)             \
@@ -98,16 +98,16 @@ struct kr_extended_ops {
      * the moments of inertia. */
     void (*set_lever)(kr_top *top, double moment);
     /* Converts the initial state start + low to internal units. The returned momentum has
-     * components along the body axes. Stores the low words of the result in main.low. `low` may be
-     * NULL. */
+     * components along the body axes. Stores the digits of the result beyond double precision in
+     * main.low. `low` may be NULL. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
     /* Converts a state to the user's frame and units. Writes the low words of the result to
      * top->low. */
     void (*to_user)(kr_top *top, kr_state *state);
 };
 
-/* Returns 1 if a state is valid: all values are finite, and the attitude has unit norm. An overflow
- * makes the norm of the attitude differ from 1. */
+/* Returns 1 if a state is valid: all values are finite, and the attitude has unit norm. After an
+ * overflow, the attitude no longer has unit norm. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
@@ -144,7 +144,7 @@ static inline double kr_step_directed(double step, int back)
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
 /* After a failure before time t, moves the top to the last point that the integration has reached.
- * Does nothing if this point is not later than the last requested time. */
+ * Does nothing if the integration has not passed the last requested time. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats its steps up to the last valid state.
  * Returns the status code of the failure. */

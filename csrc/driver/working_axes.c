@@ -4,7 +4,7 @@
 #include "top.h"
 
 /* Methods that do not depend on the order of the axes use the principal axes as given. The
- * conversion is then exact, so no digits of a small tilt angle are lost. */
+ * conversion of the initial state is then exact, which preserves a small tilt angle. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -12,10 +12,10 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Converts the attitude `q` to working axes that are a permutation of the principal axes. In these
- * axes, a small tilt of an upright top is a small difference between large components of the
- * attitude. Double-double arithmetic preserves the digits of this difference. Stores the low words
- * of the result in top->main.low. */
+/* Converts the attitude `q` to working axes that are a permutation of the principal axes. For an
+ * upright top, a small tilt then becomes the difference of nearly equal quaternion components.
+ * Double-double arithmetic preserves the digits of this difference. Stores the digits of the result
+ * beyond double precision in top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

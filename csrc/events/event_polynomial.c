@@ -89,7 +89,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Sets the zeros before and after the coefficients of a series. */
+/* Writes zeros before and after the coefficients of a series. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -257,8 +257,8 @@ static void add_component(const step_view *v, double factor, int number, double 
 }
 
 /* Returns an upper bound on the magnitude of a component, in the unit of the component. The unit of
- * angular velocity corresponds to rotation about the axis of the smallest moment of inertia. At the
- * same energy, a thin body rotates much more slowly about the other axes. */
+ * angular velocity is an upper bound on the rate of rotation that the energy permits. About axes
+ * with larger moments of inertia, the energy permits only slower rotation. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;

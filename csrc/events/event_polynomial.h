@@ -5,22 +5,22 @@
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 /* Returns an upper bound on the magnitude of a sum of n terms over the step `piece`. The search for
- * sign changes requires that this bound is finite and nonzero. */
+ * sign changes requires a finite nonzero bound. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function g as a polynomial in s over the step, 0 <= s <= 1, and returns the
- * degree. For an extremum of g, writes the derivative dg/ds instead. The polynomials of two
- * consecutive steps agree at their common time up to rounding errors. The array c has KR_TERMS_ROOM
- * elements. */
+ * degree. For an extremum event, writes the derivative of the event function instead. The
+ * polynomials of two consecutive steps agree at their common time up to rounding errors. The array
+ * c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values of an event function below KR_TERMS_UNSURE times its bound are treated as zero. A larger
- * threshold, KR_TERMS_START, applies at the initial state, where an event may occur up to rounding
- * errors. */
+/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. A
+ * larger threshold, KR_TERMS_START, applies at the initial state, which may lie exactly on an
+ * event. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
-/* Returns 1 if the function is linear in the body-frame components of the vertical and the angular
- * velocity. */
+/* Returns 1 if an event function is linear in the body-frame components of the vertical and the
+ * angular velocity. */
 int kr_terms_are_linear(size_t n, const kr_term terms[]);
 /* A function that is linear in the body-frame components of the vertical and the angular
  * velocity. */

@@ -20,7 +20,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sign changes of a sum of terms can be found along the motion of `top`. */
+/* Returns 1 if the sign changes of an event function can be found along the motion of `top`. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -86,8 +86,8 @@ static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *p
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event function in the last step, unless this step has already
- * been searched. The sign at the start is taken from the previous step if that step was searched to
- * its end. */
+ * been searched. The initial sign is carried over from the previous step if that step was fully
+ * searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
                             const kr_event *event, kr_event_search *own)
 {

@@ -17,9 +17,9 @@ enum { MAX_TRIES = 1000 };
  * that it fails to resolve. If the top made whole turns within a step, the error estimate would be
  * too small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Upper limits on h^2 a and h a, where a bounds the angular acceleration due to gravity. Beyond
- * these limits, the matrix 1 - h J with the Jacobian J may be singular due to rounding. With a
- * singular matrix, GSL reads uninitialized memory. */
+/* Upper limits on h^2 a and h a, where h is the step size and a bounds the angular acceleration due
+ * to gravity. Beyond these limits, the matrix 1 - h J with the Jacobian J may be singular due to
+ * rounding. With a singular matrix, GSL reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -140,8 +140,9 @@ static double longest_step(const kr_motion *motion, kr_vec3 W)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of size h from p. Writes the result and the suggested size of the following step to
- * `next`. Returns 0 if the step is rejected; next->h is then the step size to try instead. */
+/* Tries a step of size h from the state p. Writes the result and the suggested size of the
+ * following step to `next`. Returns 0 if the step is rejected; next->h is then the step size to try
+ * instead. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};

@@ -5,8 +5,8 @@
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
  * The twist R is a rotation about the symmetry axis by the same angle in every step. The twist R
  * makes the total rotation about the symmetry axis exact. Theorem 4.2 of the thesis (Bodack 2008)
- * has 2 atan(h c / 2 I3) instead of h c / I3. R commutes with the drift and the kick, so its n-th
- * power is applied only when the state is read. */
+ * has 2 atan(h c / 2 I3) instead of h c / I3. The twist commutes with drifts and kicks, so all
+ * twists are applied together when the state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"

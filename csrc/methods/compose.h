@@ -1,12 +1,13 @@
 /* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
- * where a_i and b_i are fractions of the step size. Both sequences are palindromes that sum to 1.
- * The table lists the first half of each sequence; the middle coefficients follow from the sums. A
- * row without kick coefficients describes a composition of a symmetric second-order method, such as
- * Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At orders 6 and 8, these compositions are
- * cheaper than repeated compositions with Suzuki's coefficients. A row with kick coefficients
- * begins and ends with a drift (b_0 = 0). With an exact drift and a kick that leaves q unchanged,
- * only the fewer order conditions of Runge-Kutta-Nystrom methods apply. */
+ * where a_i and b_i are fractions of the step size. The coefficients of both kicks and drifts are
+ * palindromic and sum to 1. The table lists the first half of each sequence; the middle
+ * coefficients follow from the sums. A row without kick coefficients describes a composition of a
+ * symmetric second-order method, such as Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At
+ * orders 6 and 8, these compositions are cheaper than repeated compositions with Suzuki's
+ * coefficients. A row with kick coefficients begins and ends with a drift (b_0 = 0). With an exact
+ * drift and a kick that leaves q unchanged, only the fewer order conditions of Runge-Kutta-Nystrom
+ * methods apply. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 

@@ -73,8 +73,8 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
     return kick->h * kick->h * fmax(rate2, carried * carried) <= most * most;
 }
 /* Applies the processor, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) exceeds 2, because then the modification of the potential is not small. If this
- * ratio exceeded 12, the iteration for the midpoint would not converge. */
+ * (smallest moment) exceeds 2, because then the modification of the potential is not small. The
+ * midpoint iteration would fail to converge above a ratio of 12. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -65,8 +65,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and r, the accumulated rotation about the body axes minus the
- * identity. Relative to the body, the momentum rotates in the opposite direction. */
+/* The momentum m in the body frame, and the accumulated rotation about the body axes minus the
+ * identity, r. Relative to the body, the momentum rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;

@@ -3,9 +3,9 @@
  * 4 or higher. For symmetric bodies, the drift is exact (splitting.h). For other bodies, the drift
  * is Suzuki's composition of the rotations about N and T, without kicks. The method conserves the
  * vertical momentum, and for Lagrange tops also the axial momentum. The energy error is bounded and
- * O(h^4). The steps are symplectic. The processor preserves the symplectic form only up to a
- * bounded error of O(h^7). Steps in which the top may rotate by more than 2.5 rad are refused. This
- * limit does not apply to Lagrange tops, because their drift is exact. */
+ * O(h^4). The steps are symplectic. The change of variables (processor) preserves the symplectic
+ * form only up to a bounded error of O(h^7). Steps in which the top may rotate by more than 2.5 rad
+ * are refused. This limit does not apply to Lagrange tops, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

@@ -2,9 +2,10 @@
  * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation for r is solved
- * by Newton's method. The momentum m is constant. Each step conserves the kinetic energy, and for a
- * symmetric body also <m,T>, up to the tolerance of the iteration. Over 10^6 steps, the conserved
- * quantities drift by 1e-12 to 1e-10. */
+ * by Newton's method. The momentum m is constant. Each step conserves the kinetic energy up to the
+ * tolerance of the iteration. For a symmetric body, the momentum about the symmetry axis is
+ * conserved to the same accuracy. Over 10^6 steps, the conserved quantities drift by 1e-12 to
+ * 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"

@@ -240,8 +240,8 @@ static int is_axis_through_com(const kr_body *b, int axis)
                                fabs(component_at(b->com, (axis + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. If
- * rounding errors permit, the symmetry axis passes exactly through the centre of mass. */
+/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. Within
+ * rounding errors, the symmetry axis is chosen to pass exactly through the centre of mass. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);

@@ -163,8 +163,8 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The three axes
- * are -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The components
+ * refer to the axes -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);

@@ -194,7 +194,8 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
     *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
 }
 
-/* The vectors m and p on which the integrals K and G depend (quantities.c), and their changes. */
+/* The two vectors on which the Kowalewski and Goryachev-Chaplygin integrals depend, and their
+ * changes. */
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
@@ -204,8 +205,8 @@ static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Computes the vectors m and p and their changes. Returns 0 if the body or the perturbation does
- * not belong to the integrable case `kind`. */
+/* Computes the two vectors of an integral and their changes. Returns 0 if the body or the
+ * perturbation does not belong to the integrable case `kind`. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
