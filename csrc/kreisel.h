@@ -359,8 +359,8 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 /* Returns the horizon of a scene [T]: the largest |t| at which doubles can resolve the attitude.
  * The horizon is the time of a rotation by 2^53 rad, at the initial rate of rotation or the
  * pendulum frequency, whichever is larger. The result is INFINITY for a top at rest without torque,
- * and 0 if the scene is invalid. Later times are refused with KR_ERR_RESOLUTION. Earlier times may
- * also be refused if damping accelerates a top backward in time. */
+ * and 0 if the scene is invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION.
+ * Earlier times may also be refused if damping accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
@@ -375,7 +375,7 @@ typedef struct kr_config {
     /* Tolerance, below 1, of the local error (adaptive) or residual (implicit), or the largest
      * certificate of a closed form, unless its bound is smaller; 0: the default. */
     double tol;
-    /* Maximum number of steps; 0: no limit. An adaptive method without dense output needs
+    /* Maximum number of steps, or 0 for no limit. An adaptive method without dense output needs
      * additional steps to reach a time within a step: at most 1024, and at most max_steps. */
     int64_t max_steps;
     /* Callback, called at least every 256 steps and 1024 states, and at every step by an adaptive
@@ -427,11 +427,11 @@ KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
  * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene, for an initial state scene->start + low with more than 16
- * digits. The sum must round to scene->start, as for kr_top_state and kr_top_low; low.t is 0. */
+ * digits. The rounded sum must be scene->start, as for kr_top_state and kr_top_low; low.t is 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
-/* Returns the digits of the current state beyond double precision; t is 0. */
+/* Returns the digits of the current state beyond double precision; the member t is 0. */
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
@@ -444,9 +444,9 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 /* Tangents, the derivatives of the state, listed as X(parameter, bit, number of columns, name).
  * States are bitwise equal with and without tangents. The 6 rows are the rotation vector of the
  * attitude in the frame of description [rad], followed by the momentum in space. The 6 columns for
- * START are the derivatives with respect to the same 6 initial values. Derivatives with respect to
- * moments, centre of mass, damping and rotor refer to the principal axes. Derivatives with respect
- * to parameters are taken at fixed initial momentum. */
+ * START are the derivatives with respect to the same 6 components of the initial state. Derivatives
+ * with respect to moments, centre of mass, damping and rotor refer to the principal axes.
+ * Derivatives with respect to parameters are taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -570,11 +570,11 @@ typedef struct kr_reduction {
  * The directions of the flow and of the rotation about the vertical, which never grow, are
  * projected out. All values refer to the whole path from the initial time. LOG is the logarithm of
  * the norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the
- * MEGNO indicator, and MAX is the largest LOG so far. ENERGY and MOMENTUM are the relative errors
- * of two exactly conserved derivatives along the tangent: those of the energy and of <m, e3>.
- * TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the tangent.
- * Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT if no
- * step is short enough. */
+ * MEGNO indicator, and MAX is the largest LOG so far. Along the tangent, the derivatives of the
+ * energy and of <m, e3> are constant. ENERGY and MOMENTUM are their relative errors. TRUNCATION is
+ * the largest ratio of the last retained Taylor term to the norm of the tangent. Steps too long for
+ * the series of the tangent are shortened. The status is KR_ERR_TANGENT if no step is short
+ * enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -628,7 +628,7 @@ KR_API void kr_worker_free(kr_worker *worker);
 /* The closed-form solution for a Lagrange top or a free body, on a support at rest. The accuracy of
  * the solution does not depend on the time. */
 typedef struct kr_exact {
-    /* Period of the nutation [T]; INFINITY for a constant nutation. */
+    /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
     /* Mean rates of the Euler angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. For a free body, the momentum replaces the vertical, and the axis is the principal
@@ -642,8 +642,8 @@ typedef struct kr_exact {
  * heavy tops whose nonzero tilt and motion are below 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
- * motion are correct, but the attitude is arbitrary. The whole state is NaN if the rates are close
- * to the largest double. A tilt or motion below 1e-75 is treated as zero. */
+ * motion are correct, but the attitude is arbitrary. The state is NaN if a rate is close to the
+ * largest finite double. A tilt or motion below 1e-75 is treated as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states that are bitwise equal to those of kr_exact_state, but computed faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -675,8 +675,8 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative deviation
- * of the body from this ratio. The resulting error is about `mismatch` times the rotation angle. */
+ * checked. The solution assumes moments in the exact ratio 2 : 2 : 1; `mismatch` is the relative
+ * deviation of the body. The resulting error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */
@@ -694,7 +694,7 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Returns the state at two angles [turns] of the invariant torus, which increase at the rates
- * `first` and `second`. The time and the heading of this state are the initial values. */
+ * `first` and `second`. The state has the initial time and the initial heading. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
@@ -742,7 +742,7 @@ KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
-/* Returns the state at two angles, like kr_kowalewski_state_at, but with an arbitrary heading. */
+/* Returns the state at two angles of the torus, like kr_kowalewski_state_at, with any heading. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
 /* Writes n states bitwise equal to those of kr_goryachev_chaplygin_state, but computed faster. */

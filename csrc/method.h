@@ -25,7 +25,7 @@ typedef struct kr_motion {
     /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
      * `release`. */
     void *aux;
-    /* If nonzero, q and m are determined only up to a common rotation about the vertical. Always 0
+    /* If this flag is set, states are determined only up to a rotation about the vertical. Always 0
      * for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
     /* The number of digits for methods with KR_METHOD_DIGITS, or 0 to use `tol`. With more than 16
@@ -91,8 +91,7 @@ typedef enum kr_timing {
 } kr_timing;
 /* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
  * user's units. `timing` determines the time dependence of the lever. `turning`, `apex` and
- * `friction` are the derivatives of the support's angular velocity in space, of the apex and of the
- * dry friction. */
+ * `friction` are derivatives of the support's angular velocity, the apex and the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -145,8 +144,8 @@ struct kr_method {
     /* Returns the number of additional doubles that a scene needs. Checkpoints omit these doubles,
      * because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
-    /* Starts the motion from the state `start` (q and m; t is ignored). On failure, a method with
-     * dense output leaves `work` and `aux` unchanged. */
+    /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
+     * a method with dense output leaves `work` and `aux` unchanged. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Advances by one step of size motion->step. An adaptive method chooses the step size so that
      * the step does not end after the time `until`. Only a method with dense output may step beyond

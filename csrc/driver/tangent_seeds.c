@@ -80,9 +80,9 @@ static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
     return vdd_scale(own, v_dd(a, none));
 }
-/* Adds the tangent column for a parameter on which lever = mass * gravity * com depends. The
- * derivative of this product with respect to the parameter is weight * com. On a shaken support the
- * derivative is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
+/* Adds the tangent column for a parameter on which lever = mass * gravity * com depends. On a
+ * support at rest, the derivative of the lever is weight * com. On a shaken support the derivative
+ * is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);

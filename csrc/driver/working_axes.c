@@ -3,8 +3,8 @@
 #include "model/body.h"
 #include "top.h"
 
-/* Methods that do not depend on the order of the axes use the principal axes as given. The
- * conversion of the initial state is then exact, which preserves a small tilt angle. */
+/* Methods that do not depend on the order of the axes use the principal axes as given. With these
+ * axes, the initial state is converted exactly, which preserves small tilt angles. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;

@@ -27,8 +27,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The unit follows from the first letter of the
- * dimension: M for momenta, T for rates. */
+/* Returns the unit of a component, which is a power of two. The unit follows from the first letter
+ * of the dimension: M for momenta, T for rates. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -205,7 +205,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor * <U, along>, where U is the angular velocity relative to the support. */
+/* Adds factor times a component of the angular velocity relative to the support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;

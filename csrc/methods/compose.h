@@ -6,8 +6,7 @@
  * symmetric second-order method, such as Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At
  * orders 6 and 8, these compositions are cheaper than repeated compositions with Suzuki's
  * coefficients. A row with kick coefficients begins and ends with a drift (b_0 = 0). With an exact
- * drift and a kick that leaves q unchanged, only the fewer order conditions of Runge-Kutta-Nystrom
- * methods apply. */
+ * drift, only the order conditions of Runge-Kutta-Nystrom methods must be satisfied. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -41,9 +40,9 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The drifts and kicks of a step in the order drift[0], kick[0], drift[1], ..., as fractions of the
- * step size. The last kick of a step is merged with the first kick of the next step. Between steps,
- * the momentum is therefore ahead by the first kick, `ahead`. */
+/* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. Each value is a
+ * fraction of the step size. The last kick of a step is merged with the first kick of the next
+ * step. Between steps, the momentum is therefore ahead by the fraction `ahead` of a kick. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

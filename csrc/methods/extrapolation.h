@@ -103,7 +103,7 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
     }
 }
 /* Computes a row of the table, its error estimate, and the step size that follows from the
- * estimate. Returns 0 if the rows fail to converge or are not finite. */
+ * estimate. Returns 0 if the extrapolation diverges or is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -120,8 +120,8 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     return 1;
 }
 /* Returns the first row from `from` to target + 1 that meets the tolerance. Returns GBS_REJECTED as
- * soon as the remaining rows are unlikely to meet the tolerance. Returns GBS_UNSTABLE if the rows
- * fail to converge. */
+ * soon as the remaining rows are unlikely to meet the tolerance. Returns GBS_UNSTABLE if the
+ * extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {

@@ -4,9 +4,9 @@
  * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
  * the expression for V, h denotes the momentum of the rotor; elsewhere, h is the step size. The
  * vector a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. The
- * equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method conserves
- * the norm of q and the vertical momentum. For small h |V|, the errors of the energy and the axial
- * momentum are bounded and O(h^2). */
+ * nonlinear equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method
+ * conserves the norm of q and the vertical momentum. For small h |V|, the errors of the energy and
+ * the axial momentum are bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };

@@ -1,15 +1,15 @@
 /* Kicks and drifts: the flows of the potential energy and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes only m, and a drift changes only q (McLachlan 1993, Reich 1994). The flow of the
- * term with |m|^2 is a rotation about m, which commutes with the flows of the other two kinetic
- * terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and needs two rotations. In
- * general, four rotations are needed: about m, about N, about T, and about N again. The local error
- * of the general drift is of third order in the step size. The error is smallest if B is the axis
- * of the intermediate moment. A rotor with momentum h adds a constant rate to the rotation about
- * each axis: -h_N / I_N about N, and so on. With a rotor, a rotation about B is also needed. For a
- * symmetric body, the drift remains exact if the rotor is along T. Sums are compensated: the
- * rounding error of each sum is stored and added to the next sum (Kahan 1965). The energy is then
- * affected only by rounding errors in the small changes of q and m per step. */
+ * A kick changes only the momentum, and a drift changes only the attitude (McLachlan 1993, Reich
+ * 1994). The flow of the term with |m|^2 is a rotation about m, which commutes with the flows of
+ * the other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
+ * needs two rotations. In general, four rotations are needed: about m, about N, about T, and about
+ * N again. The local error of the general drift is of third order in the step size. The error is
+ * smallest if B is the axis of the intermediate moment. A rotor with momentum h adds a constant
+ * rate, such as -h_N / I_N about N, to the rotation about each axis. With a rotor, a rotation about
+ * B is also needed. For a symmetric body, the drift remains exact if the rotor is along T. Sums are
+ * compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965). The
+ * energy is then affected only by rounding errors in the small changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>

@@ -1,11 +1,11 @@
 /* The discrete Moser-Veselov top, used as a free drift of second order. With M = q* m q, the
  * moments I, and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation for r is solved
- * by Newton's method. The momentum m is constant. Each step conserves the kinetic energy up to the
- * tolerance of the iteration. For a symmetric body, the momentum about the symmetry axis is
- * conserved to the same accuracy. Over 10^6 steps, the conserved quantities drift by 1e-12 to
- * 1e-10. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The nonlinear equation for r
+ * is solved by Newton's method. A drift leaves the momentum in space unchanged. Each step conserves
+ * the kinetic energy up to the tolerance of the iteration. For a symmetric body, the momentum about
+ * the symmetry axis is conserved to the same accuracy. Over 10^6 steps, the conserved quantities
+ * drift by 1e-12 to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"

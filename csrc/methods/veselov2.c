@@ -1,7 +1,7 @@
 /* A splitting method: half a kick, a discrete Moser-Veselov drift (veselov.h), and half a kick. The
  * half kicks of successive steps are merged. The method conserves the vertical momentum, and for
- * Lagrange tops also the axial momentum. The energy of a torque-free body is also conserved. For
- * all other tops, the energy error is bounded and O(h^2). */
+ * Lagrange tops also the axial momentum. The energy of a torque-free body is also conserved. In
+ * general, the energy error is bounded and O(h^2). */
 #include "veselov.h"
 
 typedef struct {

@@ -172,8 +172,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Performs a Jacobi rotation that annihilates the element a[p][p + 1], and updates `axes`. All
- * indices are modulo 3. */
+/* Performs a Jacobi rotation that annihilates the element a[p][p + 1], and updates `axes`. Indices
+ * are taken modulo 3. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;

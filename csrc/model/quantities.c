@@ -98,8 +98,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
 }
 
 /* Writes half the sum and half the difference of the precession and spin angles. If the apex is
- * vertical, either the sum or the difference is undefined and is set to 0. Adding 0.0 turns
- * negative zeros into positive zeros. */
+ * vertical, the undefined sum or difference of the angles is set to 0. Adding 0.0 turns negative
+ * zeros into positive zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -163,8 +163,8 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The components
- * refer to the axes -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The third axis is
+ * the symmetry axis o of the inertia tensor; the other two are -com and o x (-com). */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);

@@ -11,8 +11,8 @@
 #include "math/trig.h"
 #include "scene.h"
 
-/* The point at which derivatives are computed: a state and its scene. Vectors have components along
- * the principal axes unless stated otherwise. */
+/* A state and its scene, for which derivatives are computed. Vectors have components along the
+ * principal axes unless stated otherwise. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
@@ -103,8 +103,7 @@ static void tangent_of_spin(const quantity_point *at, const quantity_change *by,
     *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
 }
 
-/* Returns the change of the rotation q_tilt(a), as a rotation vector, for a change da of the unit
- * vector a. */
+/* Returns the infinitesimal rotation of q_tilt(a) for a change da of the unit vector a. */
 static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
@@ -131,9 +130,9 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* The rotation vector of the frame is e3 dprecession + n dnutation + apex dspin, with the line of
- * nodes n. The derivatives of the angles are the coefficients of the rotation vector in this
- * basis. */
+/* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
+ * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
+ * this basis. */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
