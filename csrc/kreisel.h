@@ -146,9 +146,9 @@ typedef struct kr_scene {
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia tensor is diagonal, the given axes are the principal axes. Otherwise, the principal axes
- * are right-handed and as near as possible to the frame of description. For a Lagrange top, T is
- * the axis of symmetry. */
+ * inertia tensor is diagonal, the given axes are the principal axes. For other tensors, the
+ * principal axes are right-handed and as near as possible to the frame of description. For a
+ * Lagrange top, T is the axis of symmetry. */
 
 /* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
  * point relative to the centre [L]. */
@@ -485,9 +485,9 @@ KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *sc
                                  double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same method, events, scene (except
- * `start`) and configuration (except max_steps and poll). The top then continues with bitwise equal
- * states and the same events. If taylor continues with another kernel, the states agree only up to
- * rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
+ * `start`) and configuration (except max_steps and poll). The loaded top continues with bitwise
+ * equal states and the same events. If taylor continues with another kernel, the states agree only
+ * up to rounding errors. (All kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
@@ -571,10 +571,10 @@ typedef struct kr_reduction {
  * projected out. All values refer to the whole path from the initial time. LOG is the logarithm of
  * the norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the
  * MEGNO indicator, and MAX is the largest LOG so far. Along the tangent, the derivatives of the
- * energy and of <m, e3> are constant. ENERGY and MOMENTUM are their relative errors. TRUNCATION is
- * the largest ratio of the last retained Taylor term to the norm of the tangent. Steps too long for
- * the series of the tangent are shortened. The status is KR_ERR_TANGENT if no step is short
- * enough. */
+ * energy and of <m, e3> are constant. ENERGY and MOMENTUM are the relative errors of these
+ * derivatives. TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the
+ * tangent. Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT
+ * if no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -675,8 +675,8 @@ KR_API const char *kr_kowalewski_refusal_text(int refusal);
 /* The closed-form solution for a Kowalewski top. Each frequency in the attitude matrix is a sum of
  * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
  * most about ten times `certificate`, the largest relative error found when the solution is
- * checked. The solution assumes moments in the exact ratio 2 : 2 : 1; `mismatch` is the relative
- * deviation of the body. The resulting error is about `mismatch` times the rotation angle. */
+ * checked. The solution assumes moments in the ratio 2 : 2 : 1; `mismatch` is the relative error of
+ * this assumption. The resulting error is about `mismatch` times the rotation angle. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     size_t used; /* bytes of `memory` in use: a copy of them is a plan as well */

@@ -9,8 +9,8 @@
 /* The state of motion of a top, in working axes and internal units. The working axes are the
  * principal axes, in the order that the methods need. For a symmetric body, the third axis T is the
  * symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units are
- * powers of two times the user's units. In these units, the largest moment of inertia and the rate
- * of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
+ * powers of two times the user's units. In internal units, the largest moment of inertia and the
+ * rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -25,8 +25,8 @@ typedef struct kr_motion {
     /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
      * `release`. */
     void *aux;
-    /* If this flag is set, states are determined only up to a rotation about the vertical. Always 0
-     * for methods without KR_METHOD_SKIPS_HEADING. */
+    /* If skip_heading is set, states are determined only up to a rotation about the vertical.
+     * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
     /* The number of digits for methods with KR_METHOD_DIGITS, or 0 to use `tol`. With more than 16
      * digits, lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low
@@ -121,8 +121,8 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
-/* Driver functions that only some methods need. A program links these functions only if it uses
- * such a method. */
+/* Driver functions that only some methods need. A program links the functions declared below only
+ * if a method needs them. */
 typedef struct kr_extended_ops kr_extended_ops;
 extern const kr_extended_ops kr_extended;
 void kr_tangents_start(struct kr_top *top);

@@ -449,10 +449,10 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records up to n states, using a method that evaluates several states per call. Recording ends at
- * the first time that does not follow the previous one. Returns the number of recorded states. If
- * the result is 0, the caller must compute the first state with record_one. If a step fails, writes
- * its error code to `status`. */
+/* Records up to n states, using a method that evaluates several states per call. Recording stops at
+ * the first time that is out of order. Returns the number of recorded states. If the result is 0,
+ * the caller must compute the first state with record_one. If a step fails, writes its error code
+ * to `status`. */
 static size_t record_together(kr_top *top, size_t n, const double t[], kr_state out[],
                               kr_status *status)
 {

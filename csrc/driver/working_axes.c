@@ -13,7 +13,7 @@ kr_working kr_top_working_axes(const kr_top *top)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
 /* Converts the attitude `q` to working axes that are a permutation of the principal axes. For an
- * upright top, a small tilt then becomes the difference of nearly equal quaternion components.
+ * upright top, a small tilt becomes the difference of nearly equal quaternion components.
  * Double-double arithmetic preserves the digits of this difference. Stores the digits of the result
  * beyond double precision in top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)

@@ -256,9 +256,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns an upper bound on the magnitude of a component, in the unit of the component. The unit of
- * angular velocity is an upper bound on the rate of rotation that the energy permits. About axes
- * with larger moments of inertia, the energy permits only slower rotation. */
+/* Returns an upper bound on the magnitude of a component, in the unit of the component. Angular
+ * velocities are divided by an upper bound that follows from the energy. About axes with larger
+ * moments of inertia, the energy permits only slower rotation. */
 static double component_bound(const kr_top *top, double rate, int number)
 {
     const double rotor = v_length(top->main.rotor) / rate;
@@ -293,8 +293,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the sum of the terms from `t` up to `end`, exclusive. All of these terms must share the same
- * first component. */
+/* Adds the sum of the terms from `t` up to `end`, exclusive. The terms must share the same first
+ * component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;

@@ -1,7 +1,7 @@
 /* Search for all sign changes of a polynomial on an interval. The coefficients of a polynomial in
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
  * on an interval have the same sign, there is no root in the interval. If all differences have the
- * same sign, there is no extremum in the interval. Any other interval is bisected (de Casteljau;
+ * same sign, there is no extremum in the interval. Undecided intervals are bisected (de Casteljau;
  * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign is considered
  * certain only if the magnitude of the value exceeds the rounding noise. Two roots between which
  * the polynomial stays below the noise are treated as a double root without a sign change. A root

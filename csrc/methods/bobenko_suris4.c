@@ -11,8 +11,8 @@
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* Each step also includes fixed rotations about the vertical and the symmetry axis. These rotations
- * are applied only when a state is read, with n times their angles after n steps. */
+/* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
+ * rotations are applied only when a state is read, with n times their angles after n steps. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */

@@ -40,9 +40,10 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. Each value is a
- * fraction of the step size. The last kick of a step is merged with the first kick of the next
- * step. Between steps, the momentum is therefore ahead by the fraction `ahead` of a kick. */
+/* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. The arrays drift
+ * and kick contain fractions of the step size. The last kick of a step is merged with the first
+ * kick of the next step. Between steps, the momentum is therefore ahead by the fraction `ahead` of
+ * a kick. */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

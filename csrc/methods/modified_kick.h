@@ -36,8 +36,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
     return kick;
 }
 /* Returns q L q*. For a Lagrange top, the vector (A - k A^2 <a,e3> / I1) a is returned instead,
- * where a is the symmetry axis. This vector is cheaper to compute and has the same cross product
- * with the vertical. */
+ * where a is the symmetry axis. The returned vector is cheaper to compute, and has the same cross
+ * product with the vertical. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;

@@ -5,11 +5,12 @@
  * the other two kinetic terms. The drift of a symmetric body (I_N = I_B) is therefore exact, and
  * needs two rotations. In general, four rotations are needed: about m, about N, about T, and about
  * N again. The local error of the general drift is of third order in the step size. The error is
- * smallest if B is the axis of the intermediate moment. A rotor with momentum h adds a constant
- * rate, such as -h_N / I_N about N, to the rotation about each axis. With a rotor, a rotation about
- * B is also needed. For a symmetric body, the drift remains exact if the rotor is along T. Sums are
- * compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965). The
- * energy is then affected only by rounding errors in the small changes of q and m per step. */
+ * smallest if B is the axis of the intermediate moment. A rotor with momentum h changes the rates
+ * of rotation by constants, such as -h_N / I_N about the axis N. With a rotor, a rotation about B
+ * is also needed. For a symmetric body, the drift remains exact if the rotor is along T. Sums are
+ * compensated: the rounding error of each sum is stored and added to the next sum (Kahan 1965).
+ * With compensated sums, rounding errors affect the energy only through the small changes of q and
+ * m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -65,8 +66,8 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The momentum m in the body frame, and the accumulated rotation about the body axes minus the
- * identity, r. Relative to the body, the momentum rotates in the opposite direction. */
+/* The momentum m in the body frame, and the accumulated rotation r minus the identity. Relative to
+ * the body, the momentum rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;

@@ -163,8 +163,8 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The third axis is
- * the symmetry axis o of the inertia tensor; the other two are -com and o x (-com). */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. The axes of both
+ * vectors are -com, o x (-com) and the symmetry axis o of the inertia tensor. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);

@@ -103,7 +103,7 @@ static void tangent_of_spin(const quantity_point *at, const quantity_change *by,
     *out = v_dot(by->U, at->apex) + v_dot(at->U, by->apex);
 }
 
-/* Returns the infinitesimal rotation of q_tilt(a) for a change da of the unit vector a. */
+/* Returns the infinitesimal change of the rotation from e3 to `a` when `a` changes by `da`. */
 static kr_vec3 turn_of_tilt(kr_vec3 a, kr_vec3 da)
 {
     if (a.z < -0.5) return turn_of_tilt(v_scale(-1.0, a), v_scale(-1.0, da));
