@@ -200,7 +200,7 @@ KR_API const char *kr_kind_name(kr_kind kind);
  * tolerance allows for rounding errors of the moments and of `com`. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
-/* Returns the kind of a body. Numbers within the relative tolerance `rtol` are treated as equal. */
+/* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* Returns the default scene: the cuboid studied in chapter 6 of the thesis (Bodack 2008). */
@@ -568,13 +568,13 @@ typedef struct kr_reduction {
 /* Indicators of the growth of one tangent of an undamped top, for the method taylor with up to 16
  * digits. The norm of the tangent is measured in the internal units of the top, and is initially 1.
  * The directions of the flow and of the rotation about the vertical, which never grow, are
- * projected out. All values refer to the whole path from the initial time. LOG is the logarithm of
- * the norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the
- * MEGNO indicator, and MAX is the largest LOG so far. Along the tangent, the derivatives of the
- * energy and of <m, e3> are constant. ENERGY and MOMENTUM are the relative errors of these
- * derivatives. TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the
- * tangent. Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT
- * if no step is short enough. */
+ * projected out. All indicators are accumulated from the initial time. LOG is the logarithm of the
+ * norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO
+ * indicator, and MAX is the largest LOG so far. Along the tangent, the derivatives of the energy
+ * and of <m, e3> are constant. ENERGY and MOMENTUM are the relative errors of these derivatives.
+ * TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the tangent.
+ * Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT if no
+ * step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,

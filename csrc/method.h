@@ -72,8 +72,8 @@ typedef struct kr_step_polynomial {
  * the momentum in the space frame. Deviations are expressed in working axes and internal units. A
  * seed contains the initial deviation, and the derivatives of the coefficients of the equations of
  * motion with respect to a parameter. The derivatives of the moments and the damping are symmetric
- * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion, except that strongly
- * damped motions with deviations take short steps. */
+ * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However, strongly damped
+ * motions with deviations require short steps. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
@@ -179,7 +179,7 @@ struct kr_method {
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Returns the total momentum: M plus the momentum of the rotor. */
+/* Returns the sum of the momentum M and the momentum of the rotor. */
 static inline kr_vec3 motion_add_rotor(const kr_motion *motion, kr_vec3 M)
 {
     const kr_vec3 h = motion->rotor;

@@ -35,9 +35,9 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top, the vector (A - k A^2 <a,e3> / I1) a is returned instead,
- * where a is the symmetry axis. The returned vector is cheaper to compute, and has the same cross
- * product with the vertical. */
+/* Returns q L q*. For a Lagrange top, returns a multiple of the symmetry axis a instead: (A - k A^2
+ * <a,e3> / I1) a. The returned vector is cheaper to compute, and has the same cross product with
+ * the vertical. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;

@@ -127,8 +127,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with the third axis along `last`. The mean of the three
- * moments is used, because the moments refer to different axes. */
+/* Returns working axes of a spherical body, with the third axis along `last`. All three moments are
+ * set to their mean, because the body is spherical only up to rounding errors. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -147,7 +147,7 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, b->rotor, 0};
     return w;
 }
-/* Removes the rounding errors of an axial rotor: its components normal to the symmetry axis. */
+/* Sets the off-axis components of an axial rotor to zero, because they are rounding errors. */
 static kr_working align_rotor(kr_working w, const kr_body *b)
 {
     if (kr_body_has_rotor(b) && kr_body_is_rotor_axial(b, KR_KIND_RTOL))
