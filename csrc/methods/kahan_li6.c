@@ -1,6 +1,7 @@
-/* Nine substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each consisting of
- * half a kick, a free drift and half a kick. The method conserves <m,e3>, and for Lagrange tops and
- * torque-free symmetric bodies also <m,T>. The energy error is bounded and O(h^6). */
+/* A composition of nine Strang steps (splitting.h) with the coefficients of Kahan and Li
+ * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
+ * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
+ * error is bounded and O(h^6). */
 #include "composed.h"
 
 static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)

@@ -1,7 +1,7 @@
-/* Seventeen substeps (splitting.h) with the coefficients of Kahan and Li (compose.h), each
- * consisting of half a kick, a free drift and half a kick. The method conserves <m,e3>, and for
- * Lagrange tops and torque-free symmetric bodies also <m,T>. The energy error is bounded and
- * O(h^8). */
+/* A composition of seventeen Strang steps (splitting.h) with the coefficients of Kahan and Li
+ * (compose.h). The method conserves the vertical momentum. For Lagrange tops and torque-free
+ * symmetric bodies, the method also conserves the momentum about the symmetry axis. The energy
+ * error is bounded and O(h^8). */
 #include "composed.h"
 
 static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)

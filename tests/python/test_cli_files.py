@@ -1,4 +1,4 @@
-"""Output files of the command line: early checks, full disks and closed pipes."""
+"""Tests of the output files of the command line."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Runs of the command line that are interrupted, saved and resumed."""
+"""Tests of command-line runs that are interrupted, saved and resumed."""
 
 import errno
 import os
@@ -222,7 +222,6 @@ def test_the_archive_of_a_stopped_run_with_events_can_be_loaded(tmp_path):
 
 
 def test_a_run_with_events_is_saved_and_resumed(tmp_path):
-    """Check that events before and after saving equal those of an uninterrupted run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()

@@ -1,4 +1,4 @@
-"""The choice that method 'auto' makes between a closed form on a torus and the Taylor series."""
+"""Tests of how the method 'auto' chooses between closed forms and Taylor series."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Options of ensembles: threads and executors."""
+"""Tests of threads and executors of ensembles."""
 
 from concurrent.futures import ThreadPoolExecutor
 

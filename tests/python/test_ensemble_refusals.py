@@ -1,4 +1,4 @@
-"""Invalid arguments and interruptions of ensembles: finished members are kept."""
+"""Tests of invalid arguments and interruptions of ensembles."""
 
 import contextlib
 import signal
@@ -146,7 +146,7 @@ def send_sigint(after):
 
 
 def short_and_long_times(n):
-    """Return rows of times for `n` tops: 40 short rows, and then rows that would take an hour."""
+    """Return short times for the first 40 tops, and very long times for the others."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times

@@ -1,4 +1,4 @@
-"""Arguments of ensembles: axis names, vary, scatter, random starts, and errors with an index."""
+"""Tests of the arguments of ensembles."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Slices of an ensemble, the threads that run the slices, and progress."""
+"""Tests of how ensembles are divided among threads."""
 
 import threading
 

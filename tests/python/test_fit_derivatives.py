@@ -1,4 +1,4 @@
-"""Tests of the derivatives of residuals for every quantity and parameter, against differences."""
+"""Tests of the derivatives of fit residuals against finite differences."""
 
 import kreisel as kr
 import numpy as np
@@ -50,7 +50,7 @@ def make_record(name, t, values, sigma, **words):
 
 
 def make_model(name, scene, free):
-    """Return a model of one quantity with all instrument parameters, and a parameter point."""
+    """Return a fit model of the quantity `name`, and values of its parameters."""
     rng = np.random.default_rng(3)
     values = measure(name, kr.solve(scene, TIMES[TIMES >= 0.0]))
     values = np.concatenate((values[1:5][::-1], values))[: len(TIMES)]

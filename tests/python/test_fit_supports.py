@@ -1,4 +1,4 @@
-"""Fits of tops with friction and moving supports to records from SciPy and from formulas."""
+"""Tests of fits to tops with friction and moving supports."""
 
 import kreisel as kr
 import numpy as np
@@ -25,7 +25,7 @@ HEADING = "the heading: a rotation of the start about the vertical"
 
 
 def integrate(scene, t):
-    """Return the attitudes and the relative velocities of a top without friction, by SciPy."""
+    """Return attitudes and relative velocities of a frictionless motion, computed by SciPy."""
     motion = Motion(scene)
     begin = np.array([*scene.attitude, *scene.momentum])
     found = scipy_integrate.solve_ivp(
@@ -49,7 +49,7 @@ def rotate_randomly(q, rng):
 
 
 def simulate(scene, seed, end=3.0, n=150):
-    """Return records of the attitude and of the relative velocity in the body frame."""
+    """Return simulated measurements of the attitude and the relative velocity."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
     seen = velocity + SIGMA * rng.normal(size=velocity.shape)
@@ -166,7 +166,7 @@ def test_a_gyroscope_on_a_turntable_measures_inertial_velocity():
 
 
 def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
-    """Fit the apex of a symmetric top on a support at rest, as seen from a turntable."""
+    """Fit measurements of the apex that were made from a turntable."""
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)
@@ -258,7 +258,6 @@ def test_derivatives_are_right_after_stops():
 
 
 def test_equivalent_motions_resolve_to_the_one_near_the_guess():
-    """Check a fit with equivalent motions: two shaking phases, and an unobservable heading."""
     scene = HEAVY.replace(turning=TURNING, shaking=SHAKING)
     t = np.linspace(0.0, 3.0, 200)
     values = kr.solve(scene, t).inertial_velocity + SIGMA * np.random.default_rng(1).normal(

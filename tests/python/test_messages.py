@@ -1,4 +1,4 @@
-"""Error messages, which name the argument, show at most a line of its value and suggest a fix."""
+"""Tests that error messages name the argument and suggest a fix."""
 
 from types import SimpleNamespace
 
@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, like an astropy Quantity; its dimension may be 0."""
+    """An array with a unit, like an astropy Quantity."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number with a unit that NumPy drops, like a pint Quantity."""
+    """A number whose unit NumPy drops, like a pint Quantity."""
 
     units = "minute"
 

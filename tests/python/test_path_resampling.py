@@ -1,4 +1,4 @@
-"""States of a path at times that the run did not request, and parts of a path."""
+"""Tests of path states at arbitrary times, and of slices of paths."""
 
 import copy
 import pickle
@@ -15,7 +15,7 @@ SOME = ("nutation", "frame")
 
 
 def solve_unordered(scene, times, *words, **more):
-    """Return the states that kr.solve computes at `times`, which may be in any order."""
+    """Return the path at `times`, which may be in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
     return path[np.argsort(order, kind="stable")]

@@ -1,4 +1,4 @@
-"""Streams and runs that are continued, saved and resumed bit by bit."""
+"""Tests of streams and of runs that are continued, saved and resumed."""
 
 import copy
 import itertools
@@ -231,7 +231,6 @@ def test_a_new_run_has_no_costs():
 
 
 def test_assignment_to_results_and_runs_raises(tmp_path):
-    """Check that assignments raise an error instead of being ignored."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
     swept = kr.sweep(source, 1.0, folder=tmp_path)

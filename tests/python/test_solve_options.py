@@ -1,4 +1,4 @@
-"""Options of kreisel.solve: the tolerance, the step, and the wanted quantities."""
+"""Tests of the options of kreisel.solve."""
 
 import math
 

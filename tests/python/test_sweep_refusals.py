@@ -1,4 +1,4 @@
-"""Invalid sweeps raise an error before anything runs, and foreign files stay untouched."""
+"""Tests that invalid sweeps are rejected before anything runs."""
 
 import json
 import os
@@ -48,7 +48,6 @@ def test_a_changed_plan_is_refused(tmp_path):
 
 
 def test_a_plan_of_another_version_is_refused(tmp_path):
-    """Check that a plan with an unknown entry is rejected although its hash is correct."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
@@ -249,7 +248,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
 
 
 def test_an_unsuitable_top_is_named_with_its_index(tmp_path):
-    """Check the error for an unsuitable top that is not among the tops validated with the plan."""
+    """Check the error for a top that is not validated in advance."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)

@@ -1,4 +1,4 @@
-"""Output times given as lists, grids or iterators: their order, number and memory use."""
+"""Tests of output times given as lists, grids or iterators."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The files and commands on the page about embedding work without any other source files."""
+"""Tests that the page on embedding works without any other source files."""
 
 import re
 
@@ -30,7 +30,7 @@ LAST_LINES = {
 
 
 def write_files(folder):
-    """Write each file that the page shows under the name that the page gives."""
+    """Write the files that the page shows."""
     for source, name in INCLUDED.findall(PAGE):
         to = folder / name
         to.parent.mkdir(parents=True, exist_ok=True)
@@ -39,7 +39,7 @@ def write_files(folder):
 
 @pytest.fixture(scope="module")
 def prefix(tmp_path_factory):
-    """Return the folder into which the commands at the top of the page install the library."""
+    """Return the folder in which the page's commands install the library."""
     need("cmake", "cc")
     folder = tmp_path_factory.mktemp("installed")
     variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])

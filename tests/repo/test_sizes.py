@@ -1,6 +1,6 @@
-"""Sizes of programs that link the static library, compared with the table in docs/sizes.md.
+"""Tests of program sizes against the table in docs/sizes.md.
 
-`python tests/repo/sizes.py > docs/sizes.md` updates the table.
+Run `python tests/repo/sizes.py > docs/sizes.md` to update the table.
 """
 
 import pytest
@@ -13,7 +13,6 @@ GROWTH = 1.1
 
 @pytest.mark.parametrize("column", [("x86_64", "-Os"), ("x86_64", "-O2"), ("arm64", "-Os")])
 def test_no_program_has_grown_by_a_tenth(column, tmp_path):
-    """Compare sizes with the table, for rows with options of kreisel.c only in the first column."""
     need("cmake", "size")
     pairs = zip(ROWS, read_table(TABLE)[COLUMNS.index(column)], strict=True)
     pairs = [(row, size) for row, size in pairs if column == COLUMNS[0] or not row[2]]

@@ -1,4 +1,4 @@
-"""The stability atlas: every method on stiff tops and under extreme conditions."""
+"""The stability atlas, which tests all methods on stiff tops and under extreme conditions."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative
 
 @dataclass(frozen=True)
 class Atlas:
-    """The data of the stability atlas: the cells, and the runs of the stiff needle."""
+    """All results of the stability atlas."""
 
     cells: list
     needle_lines: list
@@ -65,13 +65,13 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the names of the methods that ran, followed by the other integrators."""
+    """Return the names of all methods and other integrators that have been tested."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
 def make_square(cell):
-    """Return the square of a cell in the heat map."""
+    """Return the square of the heat map for a result."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
@@ -96,10 +96,10 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return (verdict, message) if the cell needs a note, otherwise None.
+    """Return the verdict and a message if a result needs an explanation.
 
-    A cell needs a note if the run stopped, was rejected, or is wrong without a sign, or if an
-    adaptive run is lost.
+    An explanation is needed if a run fails, if the error is not noticeable, or if an adaptive
+    method has a large error.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
@@ -113,9 +113,9 @@ def describe_cell(cell):
 
 
 def collect_notes(found):
-    """Yield the rows of the table of notes.
+    """Yield the rows of the table of explanations.
 
-    Cases with the same notes for the same methods share a row.
+    Test cases with the same explanation are combined in one row.
     """
     said = {}
     for cell in found:
@@ -135,7 +135,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Yield, for each method, the number of cells with each verdict and mark."""
+    """Yield the number of times that each method receives each verdict."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
@@ -149,7 +149,7 @@ def count_verdicts(found):
 
 
 def draw_verdicts(counts):
-    """Draw the verdicts of each method, sorted by the number of successes."""
+    """Draw a bar chart of the verdicts on each method."""
     names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
