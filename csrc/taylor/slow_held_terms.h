@@ -38,7 +38,7 @@ static number NAME(held_torque)(const NAME(terms) * s, const slow_axes *slow,
     return minus(sum, mul(held->drag[i][1 - i], s->c[ROW_R + 1 - i][n]));
 }
 /* Recomputes the n-th coefficients of the strongly damped velocities, and of U and W. Returns the
- * largest change of a component of U. */
+ * largest change of a component of the angular velocity. */
 static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
                                 const NAME(directions) * held, int n)
 {

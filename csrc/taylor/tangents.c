@@ -335,7 +335,8 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     }
 }
 /* Shortens a substep until its relative truncation error is at most `most`. `worst` is the
- * truncation error at the time `to`. Returns the truncation error at the new end. */
+ * truncation error at the time `to`. Returns the truncation error at the end of the shortened
+ * substep. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {

@@ -252,8 +252,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Finds the top whose next step ends first, and writes its slot to `next`. Returns the end of this
- * step in ticks, or INT64_MAX if no top can continue. */
+/* Finds the top whose next step ends first, and writes its slot to `next`. Returns the earliest end
+ * of a step in ticks, or INT64_MAX if no top can continue. */
 static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;
