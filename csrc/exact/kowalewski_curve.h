@@ -286,7 +286,7 @@ static cdd sine_of(cdd c)
     const cdd one = cdd_real(dd_of(1.0));
     return cdd_sqrt(cdd_mul(cdd_sub(one, c), cdd_add(one, c)));
 }
-/* Returns 1 if x is on the line Re x = pi/2, and 0 if it is on Re x = 0 or pi, given cos x. */
+/* Returns 1 if Re x is pi/2, 0 if Re x is 0 or pi, and -1 otherwise, given cos x. */
 static int line_of(cdd c)
 {
     const cx sine = cdd_high(sine_of(c)), cosine = cdd_high(c);

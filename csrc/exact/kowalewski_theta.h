@@ -22,8 +22,8 @@
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. With e for a root of phi, they
- * are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, classified by the order of the real roots. With e for a root of phi, the
+ * orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
 /* A term of a theta sum without the constant factor of its class. The values in two sums are

@@ -109,9 +109,8 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves a least-squares problem, given the factored matrix and a right-hand side, which is
- * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times the first
- * one. */
+/* Solves a least-squares problem for a factored matrix, overwriting the right-hand side. Columns
+ * are omitted if their diagonal element of R is at most 1e-13 times the first one. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
