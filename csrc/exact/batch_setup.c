@@ -122,9 +122,9 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* Predicts whether the largest root of the cubic, u3, is isolated from the other two. The guess
  * uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Grouping tops by this prediction avoids computing both branches in most vectors. A wrong
- * prediction costs time but does not change the results. The momentum m is in the user's unit of
- * inertia per internal unit of time; `lever` is in internal units. */
+ * Grouping tops by the predicted branch saves most vectors from computing both branches. A wrong
+ * prediction costs time but does not change the results. The unit of the momentum `m` is the user's
+ * unit of inertia divided by the internal unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -279,7 +279,7 @@ static const double *times_of(const kr_exact_request *request, size_t index)
 {
     return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the state of each lane at its own time. */
+/* Returns the states of a group of tops, each at its own time. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -352,7 +352,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     }
     for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Converts and writes the results of a group. */
+/* Converts the results of a group to the user's units, and writes them. */
 static void finish_group(const batch_job *j, group g, setting *s)
 {
     const group_result b = end_group(g, s);

@@ -1,6 +1,6 @@
-/* The closed-form solution for a scene: set-up, states at individual times, and turning points.
- * This file is compiled once for each instruction set, because double-double products are three
- * times faster with fused multiply-add. */
+/* Set-up, states and turning points of the closed-form solution for a single scene. This file is
+ * compiled once for each instruction set, because double-double products are three times faster
+ * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"

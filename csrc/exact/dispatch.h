@@ -6,8 +6,8 @@
 #include "layout.h"
 #include "math/isa.h"
 
-/* The scalar functions, implemented in closed_form.c. If `own` is nonzero, the solution is in
- * working axes and internal units. */
+/* Scalar functions of the closed-form solution, implemented in closed_form.c. If `own` is nonzero,
+ * the solution is in working axes and internal units. */
 typedef struct kr_exact_scalar {
     kr_status (*plan)(const kr_scene *scene, int own, kr_exact_form *exact);
     kr_state (*state)(const kr_exact_form *exact, double t);

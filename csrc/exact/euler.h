@@ -80,8 +80,8 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Sets up rest, rotation about a principal axis, or any motion of a body with two equal moments of
- * inertia. Returns 0 for any other motion. `half_turn` is half the rate that an axial rotor adds to
- * the rotation about axis 3. */
+ * inertia. Returns 0 if the body has three distinct moments and does not rotate about a principal
+ * axis. `half_turn` is half the rate that an axial rotor adds to the rotation about axis 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {

@@ -1,5 +1,5 @@
-/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops,
- * and for any torque-free body. The method needs no intermediate steps, its error does not grow
+/* Closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops and for torque-free
+ * bodies, as the method `exact`. The method needs no intermediate steps, its error does not grow
  * with time, and it conserves all integrals. A step may be arbitrarily long, and ends at the next
  * requested time. The default step size is the period of the nutation, or of the first angle if the
  * motion lies on a torus. Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange

@@ -27,7 +27,7 @@ static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Appends the conversion from working axes to the user's axes to a frame. `axes` must not be the
+/* Extends a frame by the conversion from working axes to the user's axes. `axes` must not be the
  * identity. If `framed` is 0, the frame is initialized with the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {

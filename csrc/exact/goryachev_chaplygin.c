@@ -95,8 +95,8 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the parameters of the search for the periodic part of tau. The smallest |m| is the distance
- * between the arcs of u1 and u2. */
+/* Sets the bounds and tolerances of the search for the periodic part of tau. The smallest value of
+ * |m| is the distance between the arcs of u1 and u2. */
 static void set_slip_search(const chaplygin_curve *o, const chaplygin_arc arc[2],
                             kr_chaplygin_plan *plan)
 {
@@ -258,8 +258,8 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     return sum;
 }
 /* Returns the largest error of a solution near the initial time, in internal units. The attitude is
- * checked at the initial time only. Taylor series verify the momentum, the vertical and the heading
- * a short time later. */
+ * checked at the initial time only. The momentum, the vertical and the heading are compared with
+ * Taylor series a short time later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {

@@ -25,7 +25,7 @@ typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];
     double part[2][ANGLE_TERMS]; /* coefficients of c and s */
-    /* The coefficients of the periodic part of t, and the coefficients of its derivative. */
+    /* Fourier coefficients of the periodic part of t and of its derivative. */
     double time[ANGLE_TERMS], time_rate[ANGLE_TERMS];
     double rate;       /* d angle/d tau */
     double half_turns; /* rate of half of the angle [turns] */

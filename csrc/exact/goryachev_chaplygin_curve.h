@@ -2,9 +2,9 @@
  * precision.
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
- * along sign(gravity) com. Axis 3 is the distinct principal axis (moment 1/4), with the sign that
- * makes G positive. With the momentum L in the body frame, g = e3 in the body frame, and <L, g> =
- * 0,
+ * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
+ * distinct principal axis (moment 1/4), with the sign that makes G positive. With the momentum L in
+ * the body frame, g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an

@@ -67,9 +67,9 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             }
         }
 }
-/* Replaces M + 1 samples, spaced by `stride` in memory, by their Fourier coefficients. The angle is
- * multiplied by k in term k, or by k + 1/2 if `is_whole` is 0. If `is_whole` is 0, symmetry halves
- * the length of the discrete Fourier transform. */
+/* Replaces M + 1 samples, spaced by `stride` in memory, by their Fourier coefficients. Term k
+ * contains the sine or cosine of k times the angle, or of k + 1/2 times the angle if `is_whole` is
+ * 0. If `is_whole` is 0, symmetry halves the length of the discrete Fourier transform. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
 {
     cx *const f = w->fourier;
@@ -87,8 +87,7 @@ static void transform(series_work *w, int M, int is_sine, int is_whole, int stri
     }
     v[M * stride] = 0.0;
 }
-/* Returns the largest of the last quarter of the coefficients, relative to the largest
- * coefficient. */
+/* Estimates the relative truncation error from the last quarter of the coefficients. */
 static double tail_of(const double v[], int M)
 {
     double most = 0.0, last = 0.0;
@@ -171,7 +170,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
             e->count[k] = count_terms(w->row[k], M, 0.0);
             memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
         }
-        /* On average, time advances by q per radian of the angle. */
+        /* The mean increase of time per radian of the angle is q. */
         e->times = count_terms(w->row[2], M, arc->q.hi);
         for (int k = 0; k < e->times; k++) {
             e->time[k] = w->row[2][k];
@@ -217,8 +216,8 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Computes the magnitude of the last eighth of the coefficients along each axis, relative to the
- * largest coefficient. */
+/* Estimates the relative truncation error along each axis from the last eighth of the
+ * coefficients. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -238,7 +237,7 @@ static int has_room(const int M[2], int j)
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
 /* Refines the grid until the last coefficients are at rounding level, or memory is exhausted.
- * Returns the relative magnitude of the last coefficients. */
+ * Returns an estimate of the relative truncation error. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -256,8 +255,8 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* Amplitudes and frequencies of two terms that belong to the same multiples of the angles. The
- * frequencies are the sum and the difference of two multiples of the angles' rates. */
+/* Amplitudes and frequencies of a pair of terms of the heading rate. The frequencies are the sum
+ * and the difference of two multiples of the angles' rates. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

@@ -1,6 +1,6 @@
 /* State of a Goryachev-Chaplygin top at time t, computed from its closed-form solution. The code
- * evaluates a single time, or a different time in each vector lane. Both variants give bitwise
- * equal results.
+ * evaluates a single time, or a different time in each vector lane. Single and vectorized
+ * evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -56,8 +56,7 @@ INLINE void step_sum(clenshaw_sum *p, wide twice, const double term[2])
         p->last[i] = now;
     }
 }
-/* Returns the sum of a series whose terms contain cosines or sines of k + shift/2 times the
- * angle. */
+/* Evaluates a series of cosines or sines of k + shift/2 times the angle. */
 INLINE wide finish_sum(const clenshaw_sum *p, int is_sine, int shift, const angle_lanes *a)
 {
     wide sum = wide_splat(0.0);

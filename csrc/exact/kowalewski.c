@@ -50,8 +50,8 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
 /* Returns the largest error of a solution near the initial time, in internal units. The attitude is
- * checked at the initial time. A Taylor series verifies the vertical and the momentum at the
- * initial time and at the time `moment`. */
+ * checked at the initial time. The vertical and the momentum are compared with a Taylor series at
+ * the initial time and at the time `moment`. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {
@@ -95,9 +95,9 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
     return miss;
 }
 /* Computes the theta sums, or the dual sums if `dual` is nonzero, and the error certificate. The
- * function analyse_curve must have been called before. Writes an error estimate that excludes the
- * error of the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or
- * the reason for the refusal. */
+ * function analyse_curve must be called first. Writes an error estimate that excludes the error of
+ * the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or the reason
+ * for the refusal. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
 {

@@ -1,8 +1,9 @@
 /* The algebraic curve of a Kowalewski top and its two arcs, in double-double precision.
  *
- * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points along
- * -sign(gravity) com. Axis 3 is the distinct principal axis (moment 1). With the angular velocity
- * (p, q, r) in the body frame, and e3 = (g1, g2, g3) in the body frame,
+ * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points away
+ * from the centre of mass if gravity is positive, and towards it otherwise. Axis 3 is the distinct
+ * principal axis (moment 1). With the angular velocity (p, q, r) in the body frame, and e3 = (g1,
+ * g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
@@ -64,8 +65,8 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the root of phi that is farthest from the other two. Newton's method starts beyond all
- * roots, on the side from which it converges monotonically to this root. */
+/* Returns the root of phi that is farthest from the other two. Newton's method converges
+ * monotonically to this root from a point beyond all roots. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
@@ -97,7 +98,8 @@ static void sort_real_roots(kowalewski_curve *o)
         o->order[at] = i;
     }
 }
-/* Computes the branch points: the roots of phi, and k and -k. Sorts the real ones. */
+/* Computes the branch points, which are the roots of phi and the numbers k and -k. Sorts the real
+ * ones. */
 static void find_roots(kowalewski_curve *o)
 {
     const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
@@ -128,7 +130,7 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
     o->k = dd_sqrt(k2);
     o->c = dd_sub(dd_of(1.0), k2);
 }
-/* Returns the real root at index i in ascending order. */
+/* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* An accurate difference between a root e of phi and a nearby root a = k or -k. Since a^2 + c = 1
@@ -295,8 +297,8 @@ static int line_of(cdd c)
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
 /* Returns the smallest sinh |Im x| of all singularities. Also finds the singularity nearest to the
- * real axis that a Landen transformation can remove. Sets `crosswise` to -1 if no singularity can
- * be removed, and otherwise to the result of line_of. */
+ * real axis that a Landen transformation can remove. If no singularity can be removed, sets
+ * `crosswise` to -1. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -411,8 +413,8 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[1],
                  dd_sqrt(dd_mul(root_apart(o, above, least), root_apart(o, high, least))));
 }
-/* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy.
- * Values instead of pointers are exchanged to avoid an optimizer error in gcc 12.2 at -O1. */
+/* Converts the sine and cosine of the transformed variable y to those of x, and returns dx/dy. The
+ * code exchanges values instead of pointers to avoid an optimizer error in gcc 12.2 at -O1. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -430,8 +432,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Converts the sine and cosine of x to those of the transformed variable y, the inverse of
- * unfold. */
+/* Applies the inverse of unfold to the sine and cosine of x. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

@@ -6,10 +6,10 @@
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is also omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * The unknown constants multiply linear combinations of classes, because these have fewer terms.
- * Poisson summation is exact. The rules for classes and signs were found numerically and have not
- * been proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares states
- * with 30-digit solutions near every known kind of separatrix.
+ * Linear combinations of the classes have fewer terms, so the constants of these combinations are
+ * fitted. Poisson summation is exact. The rules for classes and signs were found numerically and
+ * have not been proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares
+ * states with 30-digit solutions near every known kind of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -95,7 +95,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Only classes with equal shifts can be combined. */
+                    /* Classes with different shifts cannot be combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);

@@ -3,7 +3,7 @@
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
- *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
+ *        w^2 = k^2 - 1 of the heading, where F = i l. Here b is determined only up to rows of B/2.
  * A path leads from a root at x = 0 towards another root at x = pi. On a path, w = N/D as on the
  * arcs, but the coefficients are complex. Each path is therefore an arc of a circle or a segment of
  * a straight line.
@@ -22,8 +22,8 @@ enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u *
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
- * + b cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. The tolerance
- * `settled` is either SETTLED or WELL_SETTLED. */
+ * + b cos^2. For accuracy, `A` refers to w minus its value at the start of the path, and `across`
+ * is A E. The tolerance `settled` is either SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
     cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
@@ -105,8 +105,8 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     return D;
 }
 /* The segment of a path over which an integral extends. If `all` is nonzero, the segment is the
- * whole path. Otherwise, the part begins at the beginning of the path and ends where tan^2(x/2) =
- * `most`. If `backwards` is nonzero, the part begins at the end of the path and ends where
+ * whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2) =
+ * `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
  * cot^2(x/2) = `most`. */
 typedef struct path_part {
     int all, backwards;
@@ -114,8 +114,8 @@ typedef struct path_part {
 } path_part;
 
 /* Adds the contribution of one node u of the double exponential rule to both integrals. With y =
- * exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a part of a path.
- * Returns 0 if this contribution is negligible. */
+ * exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a segment. Returns 0
+ * if the contribution of the node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -135,8 +135,8 @@ static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2
     }
     return weight * cx_abs(v[0]) > 1e-18 * size[0] || weight * cx_abs(v[1]) > 1e-18 * size[1];
 }
-/* Integrates over a part of a path by the double exponential rule. Returns 0 if the rule does not
- * converge. */
+/* Integrates over a segment of a path by the double exponential rule. Returns 0 if the rule does
+ * not converge. */
 static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
 {
     cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
@@ -155,7 +155,8 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
             change = fmax(change, cx_abs(cx_sub(out[k], old[k])) / (step * size[k] + 1e-300));
             old[k] = out[k];
         }
-        /* With the most nodes, rounding errors permit only the looser tolerance. */
+        /* With the largest number of nodes, rounding errors require the looser tolerance
+         * SETTLED. */
         if (n >= 8 && change < (n < NODES_MOST ? p->settled : SETTLED)) return 1;
     }
     return 0;
@@ -227,8 +228,8 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
               root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
 }
-/* Writes the imaginary part of the normalised integral over a path, from its beginning to
- * tan^2(x/2) = `most`. Returns 0 if the integral does not converge. */
+/* Computes the imaginary part of the normalized integral over a path, from its start to tan^2(x/2)
+ * = `most`. Returns 0 if the integral does not converge. */
 static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
                                 double v[2])
 {
@@ -295,7 +296,7 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path starts at the root above the
  * pole. If the pole lies to the left of the complex pair, the path starts at a complex root
- * instead. Integrals over the remaining part of the path equal half a row of B. */
+ * instead. The rest of the integral equals half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {

@@ -61,8 +61,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. The resolution of
- * close_roots replaces this ratio for roots that are close to each other. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. For roots that are
+ * close to each other, the member `resolution` of close_roots is used instead. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -101,8 +101,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of the term `n` in the sum with index `sum`. The index `which`, 0 or 1,
- * selects the value for this sum in `n`. */
+/* Returns the coefficient of the term `n` in the sum with index `sum`. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
@@ -127,9 +126,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading plus integer multiples of half the rates of the torus angles. The
- * multiples are found from the initial rate of A = S + T or of B = S - T, whichever is larger. Up
- * to the contribution of D,
+/* Returns the rate of the heading plus integer multiples of half the rates of the torus angles.
+ * These integers are found from the initial rate of A = S + T or of B = S - T, whichever is larger.
+ * Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -287,8 +286,8 @@ static void sum_dual_start(const kowalewski_work *w, const double beta[2], cx su
         slope[j] = cx_add(slope[j], cx_scale(turn, cx_of(-sum[j].im, sum[j].re)));
     }
 }
-/* Computes and stores all dual sums for one value of beta. The constants of S and T must have been
- * computed for this value. Returns 0 if the array of terms or rows is full. */
+/* Computes and stores all dual sums for one value of beta. The constants of S and T must already be
+ * known for this value of beta. Returns 0 if the array of terms or rows is full. */
 static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, const double beta[2])
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -404,8 +403,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     make_samples(w, w->theta.sample);
     return KR_KOWALEWSKI_PLANNED;
 }
-/* Returns the ratio of the smallest to the largest denominator D at the samples. If this ratio is
- * small, the terms of the theta sums cancel. */
+/* Returns the ratio of the smallest to the largest denominator D at the samples. A small ratio
+ * indicates cancellation between the terms of the theta sums. */
 static double least_size(const theta_work *t)
 {
     double least = INFINITY, most = 0.0;

@@ -64,8 +64,8 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
-/* Computes the factors of arc j at a point, given the sine and cosine of x/2. The members `theta`
- * and `angle` are left to the caller. */
+/* Computes the factors of arc j at a point, given the sine and cosine of x/2. The caller must set
+ * the members `theta` and `angle`. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
                        arc_point *out)
 {
@@ -187,9 +187,9 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Determines the five signs of the square roots by comparison with a single state. The correct
- * signs reproduce p and q of this state. Returns the error of the state for the best choice of
- * signs. */
+/* Determines the five signs of the square roots by comparison with a single state. Only the correct
+ * signs reproduce the components p and q of the state. Returns the error of the state for the best
+ * choice of signs. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -220,10 +220,10 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], gap.up, gap.down, next.up, least, &point[0]) &&
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
-/* Determines the signs of the square roots and the initial angles on the torus. The signs follow
- * from an early state at which neither w1 nor w2 is close to an end of its arc. If no such state is
- * found soon, a state closer to an end is accepted. Returns the error of this state divided by the
- * velocity, because slow states near a saddle depend little on the angles. */
+/* Determines the signs of the square roots and the initial angles on the torus. The signs are
+ * determined from an early state that is not close to an end of an arc. If no such state is found
+ * soon, a state closer to an end is accepted. The returned error is divided by the velocity,
+ * because slow states near a saddle depend little on the angles. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

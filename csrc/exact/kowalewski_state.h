@@ -1,5 +1,6 @@
 /* State of a Kowalewski top at time t, computed from its closed-form solution. The code evaluates a
- * single time, or a different time in each vector lane. Both variants give bitwise equal results.
+ * single time, or a different time in each vector lane. Single and vectorized evaluations give
+ * bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H

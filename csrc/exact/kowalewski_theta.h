@@ -2,10 +2,10 @@
  * factor for each class of n, the coefficients are
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
- * roots. Each sum contains terms of only some of the classes. These rules were found numerically
- * and have not been proved. The study validation/studies/torus_accuracy.py tests them with 1e6
- * random tops. Solutions are rejected if the sums disagree with states of the top. The constants of
- * S and T are the null vector of the equations
+ * roots. Each theta sum contains terms of only some of the classes. These rules were found
+ * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests these
+ * rules with 1e6 random tops. Solutions are rejected if the sums disagree with states of the top.
+ * The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R are found by linear least squares.
  *
@@ -26,8 +26,8 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
  * orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term of a theta sum without the constant factor of its class. The values in two sums are
- * stored, because the sign of a term depends on the sum. */
+/* A term of a theta sum without the constant factor of its class. The values of a term in two sums
+ * are stored, because they may differ in sign. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -164,8 +164,8 @@ static void make_waves(double theta, int most, cx wave[])
     for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
     for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
 }
-/* Computes the sum over each class of terms at one sample, for two theta sums. Terms with the same
- * k1 and the same k2 modulo 4 belong to the same class. */
+/* Sums the terms of each class at one sample, for two theta sums. Terms with the same k1 and the
+ * same k2 modulo 4 belong to the same class. */
 static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
 {
     const sum_term *t = w->terms.term, *const end = t + w->terms.count;
@@ -198,8 +198,8 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 }
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
-/* A subset of the samples: a third that covers all rows and columns, the rest, or all. A third of
- * the samples suffices to reject a wrong value of b. */
+/* Subsets of the samples, of which the first covers all rows and columns. A third of the samples
+ * suffices to reject a wrong value of b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {
@@ -260,9 +260,9 @@ static double solve_spinor_twice(theta_work *w)
     find_sizes(w);
     return better;
 }
-/* Fits the constants of S and T for one value of beta. Unless `thorough` is nonzero, a fit to a
- * third of the samples must succeed first. Returns the ratio of the two smallest singular values,
- * or INFINITY on failure. */
+/* Fits the constants of S and T for one value of beta. If `thorough` is 0, the function fails
+ * unless a third of the samples can be fitted. Returns the ratio of the two smallest singular
+ * values, or INFINITY on failure. */
 static double find_spinor(theta_work *w, const double beta[2], int thorough)
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
@@ -293,8 +293,9 @@ static double try_spinor_class(theta_work *w, int i, int thorough)
     find_beta(&w->matrix, i, beta);
     return find_spinor(w, beta, thorough);
 }
-/* Tries the four candidates for b until one satisfies the equations to high accuracy. If none does,
- * the best candidate is used. Returns 0 if no candidate satisfies the equations. */
+/* Tries the four candidates for b until one satisfies the equations to high accuracy. If no
+ * candidate is accurate, the best one is used. Returns 0 if no candidate satisfies the
+ * equations. */
 static int find_spinor_class(theta_work *w)
 {
     int best = 0;
@@ -308,8 +309,8 @@ static int find_spinor_class(theta_work *w)
     w->certificate = try_spinor_class(w, best, 1);
     return 1;
 }
-/* Fits the constants of P, Q or R, the sum with index `which` in the pair `sum`. The largest
- * residual is recorded in `misfit`. */
+/* Fits the constants of one of the sums P, Q and R. The largest residual is recorded in
+ * `misfit`. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
     double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0, solution[LSQ_COLUMNS];

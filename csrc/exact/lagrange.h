@@ -1,10 +1,10 @@
 /* Set-up of the closed-form solution for the Lagrange top. Let u = a.e3 be the height of the axis
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
- * The roots and the rates nu, k1 and k2 of the nutation, alpha and beta are computed in
- * double-double without cancellation. The moment of inertia about the axis contributes only a
- * constant spin, which is added separately. This header is compiled once for each instruction set
- * and number of lanes (lane_types.h). */
+ * The roots, the rate nu of the nutation, and the rates k1 and k2 of alpha and beta are computed in
+ * double-double. The moment of inertia about the axis contributes only a constant spin, which is
+ * added separately. This header is compiled once for each instruction set and number of lanes
+ * (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -138,8 +138,8 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the roots of the cubic. The polynomial is expanded about a point near which its closest
- * roots can be computed accurately. */
+/* Finds the roots u1, u2 and u3 of the cubic. The expansion point is chosen such that two nearly
+ * equal roots can be computed accurately. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -217,7 +217,7 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
 }
 /* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
  * nonzero. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1
- * - u)/2 at the turning heights. */
+ * - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -340,7 +340,7 @@ static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Intermediate results of setting up a closed-form solution, in the order of the stages. */
+/* Intermediate results of setting up a closed-form solution. */
 typedef struct setting {
     exact_lanes exact;
     exact_top top;

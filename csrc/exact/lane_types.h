@@ -57,7 +57,7 @@ typedef struct exact_lanes {
     wide momentum, side;
     vec3_lanes constant;
 } exact_lanes;
-/* Only heavy tops are processed in lanes. */
+/* Only heavy tops are processed in vector lanes. */
 INLINE int is_euler(const exact_lanes *e) { return (void)e, 0; }
 INLINE mask is_dual(const exact_lanes *e)
 {

@@ -4,10 +4,10 @@
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
- * corresponding expression with N- and y2 holds for beta. The momentum of a state belongs to the
- * link that ends at this state, and thus to an instant half a step earlier. The rotation about the
- * axis is exact, as in methods/bobenko_suris.h. This header is compiled once for each instruction
- * set, because double-doubles are faster with fused multiply-add. */
+ * phase of beta increases by the corresponding expression with N- and y2. The momentum of a state
+ * belongs to the link that ends at this state, and thus to an instant half a step earlier. The
+ * rotation about the axis is exact, as in methods/bobenko_suris.h. This header is compiled once for
+ * each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
@@ -214,8 +214,8 @@ static int begins_at(const kr_exact_map_form *map, kr_quat start)
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
 /* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
- * s < 0 is equivalent to a step of the top with up and down interchanged. In this case, the
- * closed-form solution is computed for that top. */
+ * s < 0 is equivalent to a step of the top with up and down interchanged. For such a step, the
+ * closed-form solution describes the interchanged top. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};

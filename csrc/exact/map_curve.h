@@ -150,7 +150,7 @@ static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 }
 /* Computes the distances of the extreme height u1 (sign -1) or u2 (sign 1) from the poles. 1 + sign
  * * u is a sum. 1 - sign * u is a quotient of the product (1 - sign * u)(1 - sign * u') for the
- * link that begins at the turning height. */
+ * link that begins at the extreme height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
@@ -220,7 +220,7 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
     /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
-     * cancellation. The product below is accurate. */
+     * cancellation. The formula below avoids this cancellation. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));

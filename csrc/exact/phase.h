@@ -6,7 +6,7 @@
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. These values are not normalized, and the frame has not been applied. The function
+ * phases. The values are computed before q is normalized and the frame is applied. The function
  * factors_of_kind requires that all lanes have series of the same kind, whereas factors_at does
  * not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
@@ -158,11 +158,11 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
- * The complex values of theta1 and theta2 also rotate about zero as X increases. The sense of this
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The sense of this
  * rotation is opposite to the sign of y, which equals the sign of `slope`. If theta1 or theta2
- * passes through zero, its phase jumps by half a turn in an undefined direction. The winding number
- * is then defined as zero. For a torque-free top, beta is a theta4 function, which does not rotate
- * about zero. */
+ * passes through zero, its phase jumps by half a turn in an undefined direction. In this case, the
+ * winding number is defined as zero. For a torque-free top, beta is a theta4 function, which does
+ * not rotate about zero. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),

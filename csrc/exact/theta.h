@@ -1,6 +1,6 @@
 /* Elliptic integrals, roots of cubic polynomials, and theta functions as polynomials. Complete
- * integrals are computed by the arithmetic-geometric mean M. The integral of the third kind is
- * (DLMF 19.8.6)
+ * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
+ * kind is (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
  * Incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
  * compiled once for each instruction set and number of lanes (lane_types.h). */
@@ -14,8 +14,8 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Each step squares the relative differences. Iteration therefore stops one step after the
- * differences fall below 1e-8, and this last step needs only double precision. */
+ * Each step of the iteration squares the relative differences. Iteration therefore stops one step
+ * after the differences fall below 1e-8, and this last step needs only double precision. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -173,8 +173,8 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
- * is nonzero, returns theta(y + i x) in the same form, with sinh x in place of sin x. In this case,
- * theta1 is multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+ * is nonzero, returns theta(y + i x) in the same form, with sinh x in place of sin x. The dual form
+ * of theta1 is multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

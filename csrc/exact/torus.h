@@ -13,7 +13,7 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* The phases of half of each angle, and of the factor e for a Kowalewski top. For other tops,
+    /* Phases of half of each torus angle, and of the factor e of a Kowalewski top. For other tops,
      * the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
@@ -66,7 +66,7 @@ static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
     while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
     return isa;
 }
-/* Writes n states of a plan, bitwise equal to those of kr_torus_scalar, but faster. */
+/* Writes n states of a plan, faster than kr_torus_scalar but with bitwise equal results. */
 static inline void kr_torus_states(const kr_torus_form *form, const void *plan, size_t n,
                                    const double t[], kr_state out[])
 {
@@ -77,6 +77,6 @@ static inline void kr_torus_states(const kr_torus_form *form, const void *plan, 
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
-/* Returns 1 if the initial <m, e3> of a checked scene is zero up to the rounding errors of m. */
+/* Returns 1 if the initial vertical momentum of a validated scene is zero up to rounding errors. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

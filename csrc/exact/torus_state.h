@@ -1,4 +1,4 @@
-/* Code that the states of Kowalewski and Goryachev-Chaplygin tops have in common.
+/* Functions shared by the state evaluation of Kowalewski and Goryachev-Chaplygin tops.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_EXACT_TORUS_STATE_H
@@ -21,7 +21,8 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is infinite, NaN, or so late that the phases are
- * unknown. The value 0 selects the initial state, whose integrals of motion are correct. */
+ * unknown. For a result of 0, the caller computes the initial state, whose integrals of motion are
+ * correct. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));
