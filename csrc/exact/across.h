@@ -1,8 +1,8 @@
 /* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
  * Goryachev-Chaplygin tops. Kowalewski and Goryachev-Chaplygin tops have two equal principal
  * moments of inertia. The third principal axis is called distinct, and the centre of mass lies in
- * the plane perpendicular to it. Axis 3 of the closed-form solution is the distinct principal axis.
- * Axis 1 passes through the centre of mass, and `side` and the sign of gravity determine its
+ * the plane of the other two axes. Axis 3 of the closed-form solution is the distinct principal
+ * axis. Axis 1 passes through the centre of mass, and `side` and the sign of gravity determine its
  * direction. The units are such that mass * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */

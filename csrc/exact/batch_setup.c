@@ -48,7 +48,7 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* A queue of tops that are set up together as soon as it is full. */
+/* A queue collects tops until their closed-form solutions can be computed together. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if any rotation at AXES, AXES + 4 is needed */
     size_t index[MANY];

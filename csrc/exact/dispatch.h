@@ -22,11 +22,11 @@ typedef struct kr_exact_maps {
 typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[],
                                kr_state out[]);
 /* A request for the states of n tops. If `plans` is not NULL, the closed-form solutions are written
- * to it. The array `states` receives `times` consecutive states for each top. If `own_times` is
- * nonzero, the times of top i start at t[i * times]; otherwise all tops share the same times. The
- * array `status` receives the result of kr_exact_plan for each top. No solution and no states are
- * written for a top whose set-up fails. All results are bitwise equal to those of kr_exact_plan and
- * kr_exact_state. */
+ * to this array. The array `states` receives `times` consecutive states for each top. If
+ * `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
+ * same times. The array `status` receives the result of kr_exact_plan for each top. No solution and
+ * no states are written for a top whose set-up fails. All results are bitwise equal to those of
+ * kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     size_t n;
     const kr_scene *scenes;

@@ -1,8 +1,8 @@
 /* Set-up of the closed-form solution for a torque-free top. Let a (axis 3) be the principal axis
- * around which m circulates in the body frame. The moment of inertia about this axis is the largest
- * or the smallest of the three. In the axes of the solution, the angular momentum points along e3
- * and the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The functions alpha and beta
- * are theta1 and theta4 in the square of the nome, with the common rate
+ * around which m circulates in the body frame. The moment of inertia about axis 3 is the largest or
+ * the smallest of the three. In the axes of the solution, the angular momentum points along e3 and
+ * the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The functions alpha and beta are
+ * theta1 and theta4 in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
  * 1849; Whittaker, Dynamics, 69). This header is compiled once for each instruction set, because
@@ -86,7 +86,8 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Components below this threshold are treated as zero, because their squares are negligible. */
+    /* Smaller components of the momentum are treated as zero, because their squares are
+     * negligible. */
     const double least = 1e-75 * size.hi;
     const int has_rotor = half_turn.hi != 0.0;
     int k = 2, still = 0;
@@ -158,8 +159,8 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 
 /* Returns the initial phase [turns]. The elliptic functions cn and sn are proportional to the
  * momentum components M1 and M2. Near the intermediate axis, where sn = +-1, the phase is measured
- * from this axis by sn(K - x) = cn/dn. Other formulas would subtract two large times near the
- * intermediate axis. */
+ * from this axis by sn(K - x) = cn/dn. A phase measured from another axis would be the difference
+ * of two large times. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

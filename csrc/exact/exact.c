@@ -60,14 +60,14 @@ size_t kr_exact_extra_doubles(void)
 }
 
 /* Returns the kr_exact_form at the beginning of the work array. For motions on a torus, only the
- * period in this kr_exact_form is used. */
+ * member `period` is used. */
 static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
     return (const kr_exact_form *)motion->work;
 }
 static void *plan_of_motion(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
 /* Sets up a new solution without overwriting the old one, which remains valid if the set-up fails.
- * A tolerance that is smaller than the default error bound replaces this bound. */
+ * The error bound is the smaller of the tolerance and the default bound. */
 static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;

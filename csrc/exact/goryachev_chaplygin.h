@@ -51,7 +51,7 @@ typedef struct kr_chaplygin_plan {
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */
-    /* The slip is the periodic part of tau, tau - tau_rate * t. The members are its bound, its
+    /* The slip, tau - tau_rate * t, is the periodic part of tau. The members are its bound, its
      * initial value, its rounding error, and the tolerance of Newton's method: after a smaller
      * step, only a rounding error remains. */
     double most_slip, slip, rounding, tolerance;

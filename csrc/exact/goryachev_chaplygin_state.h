@@ -125,8 +125,8 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
  * half of each mean angle [turns]. The first Newton steps use truncated series. Later steps are
  * confined to a bracket, which exists because t increases monotonically with tau. A Newton step
  * longer than half the previous one is replaced by bisection. Newton's method could otherwise
- * alternate between two points on opposite sides of the solution. The two angles at this time are
- * written to `a`. */
+ * alternate between two points on opposite sides of the solution. The two angles at the given time
+ * are written to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,

@@ -3,7 +3,7 @@
  * by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
- * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is also omitted, because it is
+ * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
  * Linear combinations of the classes have fewer terms, so the constants of these combinations are

@@ -46,9 +46,9 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
-/* Returns the point nearest to zero on the segment from a to b. Every point of the segment divided
- * by this nearest point has a positive real part. For accuracy, the calculation starts from the end
- * with the smaller magnitude. */
+/* Returns the point nearest to zero on the segment from a to b. Every point of the segment, divided
+ * by the result, has a positive real part. For accuracy, the calculation starts from the end with
+ * the smaller magnitude. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -58,7 +58,7 @@ static cx nearest_on_segment(cx a, cx b)
     return cx_add(from, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
 /* Prepares a path for numerical integration. The path is followed from its start to sin^2(x/2) =
- * `end`. Branch points beyond this end do not affect the integral. */
+ * `end`. Branch points beyond the end of the path do not affect the integral. */
 static void finish_path(kowalewski_path *p, double end)
 {
     for (int i = 0; i < p->count; i++) {
@@ -200,7 +200,7 @@ typedef struct kowalewski_matrix {
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
 /* Returns the path from real root i to the complex root in the upper half plane. In the variable z
  * = (w - real)/(w - complex), the path is a ray. The map to z takes the upper half plane to the
- * outside of a circle through 0. The ray leads away from the centre of this circle, at angles of at
+ * outside of a circle through 0. The ray leads away from the centre of the circle, at angles of at
  * least pi/2 from all other branch points. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {

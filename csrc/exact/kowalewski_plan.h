@@ -26,8 +26,8 @@ typedef struct kowalewski_work {
 } kowalewski_work;
 
 /* Returns 1 if the initial values of Kowalewski's variables w1 and w2 lie on the arcs. The arc of
- * w1 ends at k, and that of w2 at the smallest root. This condition has not been proved;
- * validation/studies/torus_accuracy.py tests it with 1e6 random tops. */
+ * w1 ends at k, and that of w2 at the smallest root. The condition has been tested with 1e6 random
+ * tops (validation/studies/torus_accuracy.py), but not proved. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-12;
@@ -61,8 +61,8 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to 1 + k. For roots that are
- * close to each other, the member `resolution` of close_roots is used instead. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. For nearly equal
+ * roots, the member `resolution` of close_roots replaces the distance. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;

@@ -221,9 +221,9 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
- * determined from an early state that is not close to an end of an arc. If no such state is found
- * soon, a state closer to an end is accepted. The returned error is divided by the velocity,
- * because slow states near a saddle depend little on the angles. */
+ * determined from an early state that is not close to an end of an arc. If w1 or w2 is slow, a
+ * state closer to an end is accepted. The returned error is divided by the velocity, because slow
+ * states near a saddle depend little on the angles. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

@@ -293,7 +293,7 @@ static inline dd phase_at_start(const turning *r, wide mean)
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
- * momentum is the sum of the phases of alpha and beta. Only two of these three phases are computed
+ * momentum is the sum of the phases of alpha and beta. Only two of the three phases are computed
  * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
  * is less accurate when the momentum is nearly vertical. The phase of the momentum is used only if
  * the momentum exceeds twice the smaller of alpha and beta, each relative to its maximum. */
@@ -324,8 +324,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis is at rest at a pole. Otherwise, the tilt or the velocity of the axis
- * exceeds the threshold of kr_exact_resolves. */
+/* Returns 1 if the axis is at rest at a pole. The function kr_exact_resolves excludes tops that are
+ * nearly at rest at a pole. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

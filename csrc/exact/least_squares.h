@@ -55,7 +55,7 @@ static inline void lsq_scale(lsq *m)
     for (int j = 0; j < m->rank; j++)
         for (int i = 0; i < m->rows; i++) m->a[j][i] /= m->size[j];
 }
-/* Applies the k-th Householder reflection to x. Column k stores this reflection from the diagonal
+/* Applies the k-th Householder reflection to x. Column k stores the reflection from the diagonal
  * element downwards. */
 static inline void lsq_reflect(const lsq *m, int k, double *x)
 {
@@ -69,8 +69,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Afterwards, the part of column k above the diagonal is a column of R, and the
- * rest is the k-th reflection. */
+/* Factors the matrix. The part of column k above the diagonal becomes a column of R, and the rest
+ * the k-th reflection. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);

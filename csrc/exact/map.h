@@ -207,8 +207,8 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
     return r;
 }
 /* Returns 1 if the closed-form solution reproduces the initial attitude `start`. For step sizes of
- * 1e-8 or less, the solution may be inaccurate if the initial axis is very close to a pole.
- * Double-double arithmetic then cannot resolve the distances from the pole. */
+ * 1e-8 or less, the solution may be inaccurate if the initial axis is very close to a pole. The
+ * reason is that double-double arithmetic cannot resolve the distance from the pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;

@@ -220,7 +220,7 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
     /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
-     * cancellation. The formula below avoids this cancellation. */
+     * cancellation. The formula below avoids the cancellation. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));

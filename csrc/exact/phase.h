@@ -158,7 +158,7 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
- * The complex values of theta1 and theta2 rotate about zero as X increases. The sense of this
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The sense of the
  * rotation is opposite to the sign of y, which equals the sign of `slope`. If theta1 or theta2
  * passes through zero, its phase jumps by half a turn in an undefined direction. In this case, the
  * winding number is defined as zero. For a torque-free top, beta is a theta4 function, which does
@@ -198,8 +198,8 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts a solution, except for its frame, from internal units to the user's units. `unit` and
- * `momentum` are the internal units of time and momentum in the user's units. */
+/* Converts a solution, except for its frame, from internal units to the user's units. The arguments
+ * `unit` and `momentum` are the internal units of time and momentum in the user's units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

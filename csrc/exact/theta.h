@@ -2,8 +2,8 @@
  * elliptic integrals are computed by the arithmetic-geometric mean M. The integral of the third
  * kind is (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
- * Incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
- * compiled once for each instruction set and number of lanes (lane_types.h). */
+ * Incomplete elliptic integrals of the first kind are computed from Carlson's R_F by duplication.
+ * This header is compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"
@@ -119,8 +119,8 @@ static inline wide third_of_angle(wide c)
     return x;
 }
 /* Returns the isolated root of x^3 + c2 x^2 + c1 x + c0: if there are three real roots, the one
- * farthest from the other two. Sets `top` to 1 if this root is the largest, and to 0 if it is the
- * smallest. */
+ * farthest from the other two. Sets `top` to 1 if the isolated root is the largest, and to 0 if it
+ * is the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),

@@ -1,14 +1,14 @@
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A solution, called a plan,
- * is stored in memory of a fixed size. The plan begins with the members that kreisel.h declares,
- * and ends with the coefficients of its series. Additional memory after the plan is needed only
- * during the set-up. */
+ * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. The data of a closed-form
+ * solution are called a plan, and are stored in memory of a fixed size. The plan begins with the
+ * members that kreisel.h declares, and ends with the coefficients of its series. Additional memory
+ * after the plan is needed only during the set-up. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
 #include "math/isa.h"
 
-/* The members that both kinds of plans have in common. */
+/* The members common to the closed-form solutions of both kinds of tops. */
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */

@@ -10,8 +10,8 @@
 #include "lagrange.h"
 
 /* Types of motion. Quantities are considered equal if they agree within KR_INPUT_RTOL. For angles,
- * this tolerance is in radians. For precession rates and momenta, the tolerance is relative to the
- * magnitude of their terms. */
+ * the tolerance is measured in radians. For precession rates and momenta, the tolerance is relative
+ * to the magnitude of their terms. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
