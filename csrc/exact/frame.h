@@ -22,7 +22,7 @@ static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the frame that undoes an interchange of up and down. */
+/* Writes the frame that interchanges up and down. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());

@@ -1,5 +1,5 @@
 /* States of a Kowalewski top at many times. Each vector lane computes the state at a different
- * time. Results are bitwise equal to those of single evaluations. This file is compiled once for
+ * time. The results are bitwise equal to those of the scalar code. This file is compiled once for
  * each instruction set. */
 #define KR_EXACT_LANES
 #include "kowalewski_state.h"

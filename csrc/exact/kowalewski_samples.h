@@ -4,9 +4,9 @@
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
  *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
- * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs are
- * unknown, one for each root and one for each arc. The signs are determined by comparison with a
- * state shortly after the initial time.
+ * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. Five signs must be
+ * determined, one for each root of phi and one for each arc. The signs are determined by comparison
+ * with a state shortly after the initial time.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H

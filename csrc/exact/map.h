@@ -4,10 +4,10 @@
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha increases by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step. The
- * phase of beta increases by the corresponding expression with N- and y2. The momentum of a state
- * belongs to the link that ends at this state, and thus to an instant half a step earlier. The
- * rotation about the axis is exact, as in methods/bobenko_suris.h. This header is compiled once for
- * each instruction set, because double-doubles are faster with fused multiply-add. */
+ * phase of beta increases by the corresponding expression with N-, s1 and y2. The momentum of a
+ * state belongs to the link that ends at this state, and thus to an instant half a step earlier.
+ * The rotation about the axis is exact, as in methods/bobenko_suris.h. This header is compiled once
+ * for each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
@@ -49,8 +49,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The increase
- * is computed for the two consecutive states that lie symmetrically about an extreme height. */
+/* Returns the increase in the phase of alpha (sign 1) or beta (sign -1) over one step. The
+ * calculation uses two consecutive states that are symmetric about an extreme height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
