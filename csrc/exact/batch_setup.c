@@ -79,8 +79,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the transformation of attitudes for a body, or returns 0 if none is needed. If `below` is
- * nonzero, the solution was computed with up and down interchanged. */
+/* Writes the transformation to be applied to the attitudes of a body, or returns 0 if none is
+ * needed. If `below` is nonzero, the solution was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -251,7 +251,7 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request for many tops, and the scalar functions for tops that cannot be vectorized. */
+/* A request for many tops, and the scalar functions to process some of them one by one. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
@@ -261,8 +261,8 @@ typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Extracts the closed-form solution of a single top from those of its group. `place` is the index
- * of the top in the queue. */
+/* Extracts the closed-form solution of a single top from those of its group. The top has the index
+ * `place` in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;

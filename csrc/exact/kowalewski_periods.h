@@ -22,7 +22,7 @@ enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u *
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
- * + b cos^2. For accuracy, `A` refers to w minus its value at the start of the path, and `across`
+ * + b cos^2. The coefficient `A` refers to w minus its value at the start of the path, and `across`
  * is A E. The tolerance `settled` is either SETTLED or WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];

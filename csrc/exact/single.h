@@ -22,8 +22,8 @@ static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
     if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the initial state, with correct integrals of motion, for times that are too late to be
- * computed. Returns NaN if t is not finite. */
+/* At times that are too late to be computed, returns the initial state, whose integrals of motion
+ * are correct. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};

@@ -8,7 +8,7 @@
 #include "layout.h"
 #include "math/isa.h"
 
-/* The members common to the closed-form solutions of both kinds of tops. */
+/* Members common to the solutions of Kowalewski and Goryachev-Chaplygin tops. */
 typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
