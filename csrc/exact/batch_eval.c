@@ -7,8 +7,8 @@
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block, with a separate array for each component. The block size is chosen such
- * that a block fits into the first-level cache. */
+/* The states of a block of times, stored as one array per component. A block fits into the
+ * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -29,7 +29,7 @@ INLINE void frame(const kr_exact_form *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Transposes the eight arrays of a block and writes them as states. */
+/* Converts a block of arrays to an array of states. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -80,8 +80,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Recomputes the states at times beyond the range of the kernel. Most blocks contain no such times.
- * A branch-free loop first checks whether there are any in the block. */
+/* Replaces the states at times that are too late for the vectorized code. Because late times are
+ * rare, a branch-free loop first checks whether a block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

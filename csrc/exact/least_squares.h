@@ -55,7 +55,7 @@ static inline void lsq_scale(lsq *m)
     for (int j = 0; j < m->rank; j++)
         for (int i = 0; i < m->rows; i++) m->a[j][i] /= m->size[j];
 }
-/* Applies the k-th Householder reflection to x. Column k stores this reflection from the diagonal
+/* Applies the k-th Householder reflection to x. Column k stores the reflection from the diagonal
  * element downwards. */
 static inline void lsq_reflect(const lsq *m, int k, double *x)
 {
@@ -69,8 +69,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Afterwards, the part of column k above the diagonal is a column of R, and the
- * rest is the k-th reflection. */
+/* Factors the matrix. The part of column k above the diagonal becomes a column of R, and the rest
+ * the k-th reflection. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -109,9 +109,8 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves a least-squares problem, given the factored matrix and a right-hand side, which is
- * overwritten. Columns are omitted if their diagonal element of R is at most 1e-13 times the first
- * one. */
+/* Solves a least-squares problem for a factored matrix, overwriting the right-hand side. Columns
+ * are omitted if their diagonal element of R is at most 1e-13 times the first one. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;

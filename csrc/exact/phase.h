@@ -1,15 +1,14 @@
-/* Phases and rates of a closed-form solution, and functions of the attitude for setting up
- * solutions. Angles are measured in turns, because whole turns can then be dropped without rounding
- * errors. This header is compiled once for each instruction set and number of lanes
- * (lane_types.h). */
+/* Phases and rates of closed-form solutions, and functions of the attitude for their set-up. Angles
+ * are measured in turns, because whole turns can then be dropped without rounding errors. This
+ * header is compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
 /* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
- * phases. These values describe the state before the normalization of q and the application of the
- * frame. The function factors_of_kind requires that all lanes have series of the same kind, whereas
- * factors_at does not. */
+ * phases. The values are computed before q is normalized and the frame is applied. The function
+ * factors_of_kind requires that all lanes have series of the same kind, whereas factors_at does
+ * not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -158,12 +157,12 @@ static inline wide sign_of(wide x)
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
 }
 
-/* Sets the period and mean rates of the Euler angles from the rates of the phases of the nutation,
- * of alpha and of beta. The values of theta1 and theta2 at X + i y also wind about zero. The
- * direction of the winding is opposite to the sign of y, which equals the sign of `slope`. If
- * theta1 or theta2 passes through zero, its phase jumps by half a turn in an undefined direction.
- * The winding number is then defined as zero. For a torque-free top, beta is a theta4, which has no
- * zeros and therefore does not wind. */
+/* Sets the nutation period and the mean rates of precession and spin from the rates of the phases.
+ * The complex values of theta1 and theta2 rotate about zero as X increases. The sense of the
+ * rotation is opposite to the sign of y, which equals the sign of `slope`. If theta1 or theta2
+ * passes through zero, its phase jumps by half a turn in an undefined direction. In this case, the
+ * winding number is defined as zero. For a torque-free top, beta is a theta4 function, which does
+ * not rotate about zero. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -191,8 +190,7 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Converts the solution for the top with up and down interchanged to the solution for the top
- * itself, except for the frame. */
+/* Undoes the interchange of up and down in a solution, except for the frame. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -200,9 +198,8 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts a solution, except for its frame, from internal units to the user's units. `unit` is the
- * internal unit of time, a power of two, and `momentum` is the internal unit of momentum, both in
- * the user's units. */
+/* Converts a solution, except for its frame, from internal units to the user's units. The arguments
+ * `unit` and `momentum` are the internal units of time and momentum in the user's units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;
