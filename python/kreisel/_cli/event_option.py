@@ -50,7 +50,6 @@ def _positional_names(maker: Callable[..., Event]) -> list[str]:
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an event argument, whose type is determined by its name `key`."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")
