@@ -264,8 +264,7 @@ def _describe_tops(method: Method, scene: Scene) -> str:
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method named `name` or, for 'auto', the most suitable method for the scene.
 
-    For a Kowalewski or Goryachev-Chaplygin top, 'auto' selects the Taylor series, independently of
-    the requested times.
+    For Kowalewski and Goryachev-Chaplygin tops, 'auto' is replaced by the Taylor series.
 
     Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """

@@ -1,4 +1,4 @@
-"""Validated options of a solve: the method, its parameters, and the recorded quantities."""
+"""Validated options for kreisel.solve: the method, its parameters, and the recorded quantities."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """A copy without the options that concern only a single run, such as `max_steps`."""
+        """A copy of the options without those that concern only a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options

@@ -1,1 +1,1 @@
-"""Sweeps: ensembles that exceed the memory, and are therefore computed and stored in parts."""
+"""Sweeps: ensembles too large for the memory, which are computed and stored in parts."""
