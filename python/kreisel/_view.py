@@ -105,7 +105,7 @@ class View:
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
-    """Write the viewer to a file and open it; return the file, and whether a browser was found."""
+    """Write the viewer to a file, and open it in a browser if one is found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
@@ -138,7 +138,7 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in an interactive viewer, or a path beside the motion computed by the viewer.
+    """Show a scene or a path in an interactive viewer.
 
     In a notebook, the viewer is displayed as the result of the cell; otherwise it opens in a
     browser.

@@ -142,8 +142,7 @@ class Apex:
         return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
 
     def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
-        """
+        """Return the times and values at the four states nearest to t[i - 1] and t[i]."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 

@@ -171,8 +171,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
 
 def _refuse_support(scene: Scene) -> None:
-    """Raise ValueError for a top with friction, or on a support whose motion makes the rates vary.
-    """
+    """Raise ValueError for friction, or for a moving support with which the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(

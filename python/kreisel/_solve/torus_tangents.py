@@ -98,7 +98,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times too large for doubles to resolve the motions of neighbours."""
+    """Raise ValueError for times at which the motions of neighbouring tops are not resolved."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(

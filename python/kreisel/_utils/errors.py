@@ -53,7 +53,7 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
 def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
-    The error message ends with `instead`, in which {} is replaced by the name of the attribute.
+    The error message ends with `instead`, in which {} stands for the name of the attribute.
     """
 
     def decorate(cls: type[_T]) -> type[_T]:
