@@ -65,8 +65,8 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The azimuth is undefined where the trace passes through the vertical. After such a passage,
-        the azimuth is known only up to multiples of 2 pi.
+        The azimuth is undefined where the trace passes through the vertical. After each passage
+        through the vertical, the azimuth is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
@@ -142,7 +142,7 @@ class Apex:
         return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
 
     def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the times and values at the four states nearest to t[i - 1] and t[i]."""
+        """Return four times around t[i], and the values at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 

@@ -190,7 +190,7 @@ def compare(
         [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
 
     Raises the same exceptions as kreisel.solve for invalid arguments, before any run starts. If a
-    run fails, the field `failure` of its row describes the failure. Ctrl-C raises
+    run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
     kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)

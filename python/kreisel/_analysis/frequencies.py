@@ -92,7 +92,7 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        A dot marks the amplitude of each spectral line. The number above a dot is the distance from
+        A dot marks the amplitude of each spectral line. Each line is labelled with its offset from
         the precession frequency, divided by the nutation frequency. A dashed line marks the
         precession frequency.
 
@@ -119,11 +119,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
     For a path computed with method='exact', the rates are derived from the closed form, even for a
-    motion on an invariant torus. Otherwise, two spectral lines are resolved if their phase
-    difference changes by more than 23 turns over the path. The path should span many nutation
-    periods, with more than two states per turn of the fastest angle. For a regular motion, each
-    rate is as accurate as the path. Additional states are computed if the body axis passes close to
-    the vertical or, without torque, to the angular momentum.
+    motion on an invariant torus. Two spectral lines are resolved if their phase difference changes
+    by more than 23 turns over the path. The path should span many nutation periods, with more than
+    two states per turn of the fastest angle. For a regular motion, each rate is as accurate as the
+    path. Additional states are computed where the body axis comes close to the vertical (without
+    torque, to the angular momentum).
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
@@ -140,8 +140,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
     states, or if the times are not evenly spaced. Raises ValueError for damping, friction, or a
-    support that shakes or turns about an axis other than e3. The support of a torque-free body must
-    not turn, and its rotor must be aligned with its axis of symmetry.
+    support that shakes or turns about an axis other than e3. For a torque-free body, the support
+    must not turn, and the rotor must be aligned with the axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -171,7 +171,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
 
 def _refuse_support(scene: Scene) -> None:
-    """Raise ValueError for friction, or for a moving support with which the rates vary."""
+    """Raise ValueError for friction, or for a support whose motion makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(
@@ -228,8 +228,8 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from its increments `turned` between successive states.
 
     The mean rate differs from the frequency of the strongest line in `signal` by an integer
-    multiple of `part`. If this integer is known with certainty, the frequency of the line yields
-    the most accurate result. Otherwise, the mean of the increments is used if the angle varies
+    multiple of `part`. If the multiple is known with certainty, the mean rate is computed from the
+    frequency of the line. Otherwise, the mean of the increments is returned if the angle varies
     smoothly.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
@@ -243,7 +243,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 
 
 def _aliasing_error_bound(rate: Array) -> float:
-    """Return an upper bound on the aliasing error of the mean value of a sampled rate.
+    """Return an upper bound on the aliasing error of the average of a sampled rate.
 
     The bound is the largest amplitude in the upper half of the frequency spectrum.
     """

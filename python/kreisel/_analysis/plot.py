@@ -27,7 +27,7 @@ def plot(
 ) -> Picture:
     """Plot the apex trace on a sphere, and nutation and precession over time, using matplotlib.
 
-    Returns the axes, three per path. A notebook displays the returned axes as an image.
+    Returns three matplotlib axes for each path. A notebook displays the returned axes as an image.
 
     path       one path or up to 8 paths, as a list or as separate arguments. Several paths are
                drawn side by side

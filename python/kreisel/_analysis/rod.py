@@ -37,8 +37,8 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    Source: Bodack 2008, theorems 3.8 and 3.9. In contrast to these theorems, alpha1 and alpha2 are
-    interchanged, and the sign of the load is reversed.
+    Source: Bodack 2008, theorems 3.8 and 3.9. Compared with Bodack (2008), alpha1 and alpha2 are
+    interchanged, and the load has the opposite sign.
     """
 
     s: Array
@@ -77,8 +77,8 @@ class Rod:
     def lagrangian_density(self) -> Array:
         """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        This density equals the Lagrangian of the top. The integral of the Lagrangian over s is
-        stationary for the shape of the rod.
+        The density is the Lagrangian of the top, with time replaced by arc length. In equilibrium,
+        the integral of the Lagrangian density along the rod is stationary.
         """
         total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
@@ -208,7 +208,7 @@ def _choose_rod_axes(body: Body) -> Array:
 
 
 def _integrate_cubics(t: Array, values: Array, slopes: Array) -> Array:
-    """Integrate a cubic Hermite interpolant from the first time to each of the times."""
+    """Integrate a cubic Hermite interpolant from the first time to every other time."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

@@ -8,10 +8,10 @@ rate
     w1 n1 + w2 n2,
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
-likewise. If z has no zeros on the torus, both n1 and n2 are integers. The axis is vertical where z
-is zero. The winding number of z along a loop changes by one when the loop is moved across a zero.
-If z has zeros on the torus, then n1 and n2 depend on the positions of these zeros. The mean rate is
-then generally not an integer combination of w1 and w2.
+likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The axis
+is vertical where z is zero. The winding number of z along a loop changes by one when the loop is
+moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the positions
+of the zeros. With zeros, the mean rate is generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -86,7 +86,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
 
 
 def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
-    """Compute the direction of the body axis for pairs of angles, which are measured in turns."""
+    """Compute the direction of the body axis at given pairs of torus angles [turns]."""
     states = form._states_at(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)
@@ -105,7 +105,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
-    """Find the grid cells around which z has a nonzero winding number, and return both."""
+    """Find the grid cells around which z has a nonzero winding number."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -120,7 +120,7 @@ def _phase_steps(z: Waves, axis: int) -> Array:
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Find the zero of z near the centre of a grid cell [turns]; return NaN upon failure."""
+    """Find the zero of z near the centre of a grid cell [turns], or return NaN."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):

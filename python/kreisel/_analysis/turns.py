@@ -65,7 +65,7 @@ class Turns(NamedTuple):
 class _Arcs(NamedTuple):
     """Arcs between states.
 
-    Each arc begins and ends at the times `begin` and `end` after the state with the index `parent`.
+    `begin` and `end` are times relative to the state with the index `parent`.
     """
 
     parent: Indices
@@ -151,9 +151,9 @@ def count_turns(
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    For each pair of states, return the angle between them at 0, a flag, and their distance. The
-    flag is 1 if 0 lies between the two points. The distance is inf if the sense of rotation about 0
-    is uncertain.
+    Return the angle that each pair of states subtends at 0, a flag, and their distance. The flag is
+    1 if 0 lies between the two states. The distance is inf if the sense of rotation about 0 is
+    uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -236,9 +236,9 @@ def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Return the angle of each chord at 0, its distance from 0, and its distance from the arc.
+    """For each chord, return its angle at 0, its distance from 0, and its distance from the arc.
 
-    The distance from the arc is an upper bound.
+    The third value is an upper bound on the distance between the chord and the arc.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -251,7 +251,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 
 def _angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the angular velocity of z about 0, or 0 if z is at most THROUGH in magnitude."""
+    """Return the angular velocity of z about 0, or 0 if z is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)

@@ -95,7 +95,7 @@ def _one_line_warnings() -> Iterator[None]:
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
-    Otherwise, the interpreter would report the same error again on exit.
+    Without this redirection, the interpreter would report the same error again on exit.
     """
     try:
         sys.stdout.flush()

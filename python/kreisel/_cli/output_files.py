@@ -49,8 +49,8 @@ def check_outputs(
 ) -> list[OutputFile]:
     """Validate the requested output files and return them.
 
-    `places` contains pairs of an option and a file name, which is None if the option was not given.
-    Raises UsageError if a file cannot be written, or if the same file is used twice.
+    `places` lists each option with its file name, which is None if the option was not given. Raises
+    UsageError if a file cannot be written, or if the same file is used twice.
     """
     asked = [
         _append_extension(OutputFile(option, file)) for option, file in places if file is not None
@@ -67,7 +67,7 @@ def check_outputs(
 
 
 def _append_extension(place: OutputFile) -> OutputFile:
-    """Return the output file, after adding the extension .npz to the name of an archive without it.
+    """Add the extension .npz to the file name of an archive if it is missing.
 
     Raises UsageError if the file name has the extension of a different format.
     """

@@ -134,9 +134,9 @@ class RunOutputs:
     def finish_outputs(self, end: RunOutcome) -> None:
         """Finish all outputs, even if one of them fails, and save the run.
 
-        The run is saved in the last state that all outputs contain. The run is not saved if an
-        output fails. Raises the exception that stopped the run or, if there is none, the first
-        error of an output.
+        The saved state is the last one that has been written to all outputs. The run is not saved
+        if an output fails. Raises the exception that stopped the run or, if there is none, the
+        first error of an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):

@@ -47,7 +47,7 @@ def sweep() -> None:
 
 
 def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """Parse a range of parts A:B, which excludes B."""
+    """Parse a range of parts such as 0:100, which excludes part 100."""
     if word is None:
         return None
     first, colon, last = word.partition(":")
@@ -106,7 +106,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 @contextmanager
 def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Return a context manager that opens an executor, or yields None if threads are to be used."""
+    """Return a context manager that opens an executor if one is requested."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed

@@ -93,7 +93,7 @@ def _parse_grid(word: str) -> Grid:
 
 
 def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
-    """Return the grid from start to end; the last time does not lie beyond `end`."""
+    """Return the grid of times from start to end."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"{word!r} cannot go from {start:g} to {end:g} with this step")

@@ -19,7 +19,7 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 class _TorusFormCosts(NamedTuple):
-    """The computing times of a closed form, measured in steps of the Taylor series.
+    """The cost of a closed form, in units of one step of the Taylor series.
 
     The values were determined with validation/studies/set_up_times.py. The closed form is slower
     than the Taylor series in about 1 % of the cases in which it is chosen.
@@ -50,10 +50,10 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
 
 def allow_certificate(scene: Scene, t: object) -> float:
-    """Return the largest error certificate for which method='auto' uses a closed form.
+    """Return the largest error bound (certificate) for which method='auto' uses a closed form.
 
-    Returns 0.0 if the Taylor series is used in any case. Raises TypeError or ValueError if the
-    times `t` are invalid.
+    Returns 0.0 if method='auto' uses the Taylor series in any case. Raises TypeError or ValueError
+    if the times `t` are invalid.
     """
     if _ends_too_early(scene, t):
         return 0.0
@@ -63,7 +63,7 @@ def allow_certificate(scene: Scene, t: object) -> float:
 def _ends_too_early(scene: Scene, t: object) -> bool:
     """Return True if the last time is so early that the Taylor series is certainly faster.
 
-    Validating all times would take much longer than this check.
+    This check is much faster than the validation of all times.
     """
     last = t
     if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:
@@ -81,8 +81,8 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     choice depends only on the arguments, not on the speed of the machine. `times` is None if the
     requested times are unknown.
 
-    This rule applies only to single scenes. In an ensemble, the method of each top depends only on
-    its scene. See "Ensembles" in docs/theory/closed_form.md.
+    The costs are compared only for single scenes. In an ensemble, the method of each top depends
+    only on its scene. See "Ensembles" in docs/theory/closed_form.md.
     """
     reason, allowed = _judge(scene, times)
     if reason:
@@ -93,9 +93,9 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series, if any, and the largest certificate allowed.
+    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
 
-    If there is such a reason, the certificate is 0.0.
+    The reason is empty if the closed form may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):

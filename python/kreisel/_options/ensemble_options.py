@@ -75,13 +75,13 @@ class EnsembleOptions:
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The method and its parameters, in the form that the core accepts."""
+        """The method and its parameters, as passed to the C library."""
         name, step, tol, digits, most, leave_heading = self.solve.core
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
     def reductions_for_core(self) -> list[tuple[str, int, int]]:
-        """The reductions in the form that the core accepts."""
+        """The reductions, as passed to the C library."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
@@ -183,7 +183,7 @@ _COMPONENTS = {
 
 @lru_cache
 def list_components(name: str) -> list[tuple[str, int]]:
-    """Return the components denoted by a name, as pairs of a quantity and an index.
+    """Return the components with a given name as pairs of a quantity and an index.
 
     The name of a quantity denotes all of its components.
     """
@@ -289,9 +289,9 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError if the times in a row are not monotonic.
+    """Raise ValueError if the times of a top are not monotonic.
 
-    The first row belongs to the top with the index `first` in C order.
+    `first` is the index of the first top.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
@@ -330,7 +330,8 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
 def parse_threads(threads: object, executor: object) -> int:
     """Return the number of threads, which defaults to the number of available processors.
 
-    Raises TypeError or ValueError if an argument is invalid, or if both are given.
+    Raises TypeError or ValueError if an argument is invalid, or if both `threads` and `executor`
+    are given.
     """
     if executor is not None:
         if threads is not None:

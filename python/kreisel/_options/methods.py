@@ -1,4 +1,4 @@
-"""The methods of this build, from the method table of the core."""
+"""The methods of this build, as listed by the C library."""
 
 from __future__ import annotations
 
@@ -133,9 +133,9 @@ class Method:
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if the method applies to `body` under any gravity.
+        """Return True if the method applies to `body` for any value of gravity.
 
-        These bodies are described by the attribute `tops`.
+        The attribute `tops` describes all bodies to which the method applies.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
@@ -189,7 +189,7 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 
 def describe_kind(scene: Scene) -> str:
-    """Return text that describes the body of a scene according to its kind."""
+    """Return a text that describes the body of a scene."""
     damped, near = "damped " if scene._has_damping else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""

@@ -129,7 +129,7 @@ def make_plan(
     choice: StepChoice | None = None,
     times: Array | None = None,
 ) -> Plan:
-    """Return the plan for computing the motion of a scene, with `states` recorded states.
+    """Return the plan for computing the motion of a scene.
 
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """
@@ -156,9 +156,9 @@ def make_plan(
 
 @lru_cache
 def _find_kernel(core: CoreArguments) -> tuple[str, int]:
-    """Return the name of the kernel of the Taylor series, and the order of the series.
+    """Return the instruction set and the order of the Taylor series.
 
-    The results do not depend on the scene, so any scene can be used.
+    Both results depend only on the options, not on the scene.
     """
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)

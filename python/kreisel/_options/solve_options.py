@@ -28,11 +28,11 @@ CoreArguments = tuple[str, float, float, int, int, bool]
 class SolveOptions:
     """The validated arguments of kreisel.solve, except the scene and the times.
 
-    If a parameter does not apply to the method, or if its default is used, the value is None. If
-    `error` is given, method='geometric' replaces `method` by the cheapest suitable method. `events`
-    contains kreisel.events.Event objects. `tangents` contains the names of the parameters with
-    respect to which the state is differentiated. `keeps_heading` is True if the support turns,
-    because the motion then depends on the heading.
+    An argument is None if the method has no such parameter or uses its default. If `error` is
+    given, method='geometric' replaces `method` by the cheapest suitable method. `events` contains
+    kreisel.events.Event objects. `tangents` contains the names of the parameters with respect to
+    which the state is differentiated. `keeps_heading` is True if the support turns, because the
+    motion then depends on the heading.
     """
 
     method: Method
@@ -55,7 +55,7 @@ class SolveOptions:
 
     @property
     def tangent_bits(self) -> int:
-        """The sum of the core's bit flags for the requested tangents."""
+        """The bit flags of the requested tangents."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
     @property
@@ -65,7 +65,7 @@ class SolveOptions:
 
     @cached_property
     def core(self) -> CoreArguments:
-        """The method and its parameters, in the form that the core accepts."""
+        """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_low_words or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
@@ -151,7 +151,7 @@ def options_for_method(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the validated options for a method, which do not depend on a scene.
+    """Return the validated options for a method, independently of the scene.
 
     Raises TypeError or ValueError for an invalid argument.
     """

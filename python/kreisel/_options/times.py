@@ -62,7 +62,7 @@ def check_times(times: Array, every: int | None) -> None:
 def check_monotonic(times: Array, last: float, back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `back` is True, the opposite order is required.
+    If `back` is True, the times must not increase.
     """
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
@@ -107,7 +107,7 @@ def time_chunks(
 def start_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return a flag for negative times, and the requested times in chunks."""
+    """Return the direction of time as a flag (True if backwards), and the times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -120,7 +120,7 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag for negative times, and the times themselves.
+    """Return the direction of time as a flag (True if backwards), and the times.
 
     An iterator is read up to its first nonzero time. The returned iterator also includes the times
     that have been read.
@@ -159,7 +159,7 @@ def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
 
 
 def _grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times after given numbers of steps of an equally spaced grid."""
+    """Return the times of the given steps of an equally spaced grid."""
     times = steps * step
     return times + begin if begin else times
 

@@ -151,7 +151,7 @@ def _draw_path(
     angle: tuple[float, str],
     time: str,
 ) -> None:
-    """Draw a path and its events; `angle` contains the factor and the symbol of an angular unit."""
+    """Draw a path and its events, with angles in the given unit."""
     sphere, above, below = axes
     unit, sign = angle
     limits = _turning_points_or_none(path.scene)
@@ -216,8 +216,8 @@ def _draw_difference(
 def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
     """Find the time intervals in which the precession angle jumps, and return their indices.
 
-    The precession angle jumps if the apex passes close to the vertical. An angle is considered to
-    jump if it changes by more than 0.5 rad and by more than 8 times the median change.
+    The precession angle jumps if the apex passes close to the vertical. A jump is a change by more
+    than 0.5 rad and by more than 8 times the median change.
     """
     change = np.abs(np.diff(around))
     usual = float(np.median(change)) if len(change) else 0.0
@@ -225,7 +225,7 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Insert a NaN into the times and values in each of the `intervals`."""
+    """Insert a NaN into the times and values in each of the given intervals."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 

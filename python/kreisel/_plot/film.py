@@ -230,8 +230,8 @@ def _time_limits(t: Array) -> tuple[float, float]:
 def _body_faces(body: Body) -> tuple[Array, Array, float]:
     """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
-    The corners of the faces are given in the frame of description, and are scaled to fit into the
-    unit sphere. The outlines of a body of revolution have the width 0.
+    The corners are given in the frame of description, scaled to fit into the unit sphere. The
+    outlines of a body of revolution have the width 0.
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _rotation_matrix(np.array(body.axes)).T

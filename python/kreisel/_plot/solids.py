@@ -97,8 +97,8 @@ def draw_tube(
     """Draw a tube of elliptical cross-section along a curve through n points.
 
     The axes of the ellipse are parallel to the unit vectors in `normals`, which has the shape (n,
-    2, 3). The lengths of these axes have the ratio `section`, and `thickness` is the length of the
-    major axis.
+    2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the length
+    `thickness`.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)

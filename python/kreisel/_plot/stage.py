@@ -99,7 +99,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
 
 
 def _join_faces(faces: Array) -> Outline:
-    """Combine the faces to a single path that encloses their union."""
+    """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     faces = faces[area > 0.0]  # faces away from the lamp cover the same area

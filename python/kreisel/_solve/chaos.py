@@ -59,9 +59,9 @@ def lyapunov(
     threads    the number of threads; default: the number of processors
     progress   a function called with the finished fraction of the tops, 0 .. 1
 
-    The tangent is integrated together with the path, and is repeatedly scaled by powers of two. Its
-    norm is computed in units in which the largest moment of inertia and the angular velocity of the
-    top are about 1.
+    The tangent is integrated together with the path, and is repeatedly scaled by powers of two. The
+    norm of the tangent is computed in units in which the largest moment of inertia and the angular
+    velocity are about 1.
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
@@ -71,9 +71,9 @@ def lyapunov(
         True
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises kreisel.Error
-    if the run of a single scene fails; for an ensemble, failures are recorded in `.status`. Raises
-    kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far.
-    Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
+    if the run of a single scene fails. For an ensemble, failures are recorded in the attribute
+    `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results
+    obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
     return _run_indicator("lyapunov", scene, t, direction, tol, max_steps, threads, progress)
 
@@ -118,9 +118,9 @@ def oli(
 ) -> Indicator:
     """Compute the orthogonal Lyapunov indicator (OLI).
 
-    The indicator is the largest logarithm, up to time t, of the norm of a tangent that is
-    orthogonal to the flow and to rotations about the vertical. The indicator grows as ln(t) for a
-    regular motion, and as t for a chaotic motion. The arguments are the same as for
+    The indicator is the maximum of the logarithm of the norm of a tangent up to time t. The tangent
+    is orthogonal to the flow and to rotations about the vertical. The indicator grows as ln(t) for
+    a regular motion, and as t for a chaotic motion. The arguments are the same as for
     kreisel.lyapunov.
 
         >>> import kreisel as kr

@@ -63,7 +63,7 @@ class EnsemblePlan:
     first: Plan | None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return the lines of the description as pairs, without the plan of the first top."""
+        """Describe the ensemble by pairs of heading and text, without the plan of the first top."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,

@@ -85,11 +85,11 @@ class Exact(_ClosedForm):
     spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
                 spin_angle; the precession is not included [T^-1]
 
-    For a symmetric body, the axis is its symmetry axis. For a free asymmetric body, the axis is the
-    principal axis about which the angular momentum precesses in the body frame. The axis points in
-    the direction that makes an acute angle with the angular momentum. The nutation of the axis has
-    two periods during each period of body_velocity. The period of body_velocity is denoted by T in
-    Landau and Lifshitz, Mechanics, section 37.
+    For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
+    the nutation refers to the principal axis about which the angular momentum precesses in the body
+    frame. This principal axis is directed at an acute angle to the angular momentum. The nutation
+    of this axis has half the period of body_velocity. The period of body_velocity is denoted by T
+    in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn. The
     attribute `precession` does not include these jumps.
@@ -105,9 +105,8 @@ class Exact(_ClosedForm):
         >>> top(top.t_greatest).nutation.round(4)
         array([1.1414])
 
-    The attributes least_nutation, greatest_nutation, t_least, t_greatest, motion_type and
-    critical_spin exist only for tops that are symmetric about their apex. For any other body,
-    accessing one of these six attributes raises ValueError.
+    The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
+    about their apex. Accessing one of these attributes for another body raises ValueError.
     """
 
     @cached_property
@@ -146,9 +145,9 @@ class Exact(_ClosedForm):
         """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The type is 'waves' if both precession rates have the same sign, and 'loops' if
-          they have opposite signs. The type is 'cusps' if the precession rate is zero at the
-          turning point with the higher potential.
+          points. The type is 'waves' if the precession rates at both turning points have the same
+          sign, and 'loops' if they have opposite signs. The type is 'cusps' if the precession rate
+          is zero at the turning point with the higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -194,8 +193,7 @@ class Exact(_ClosedForm):
     def _states_or_none(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        The times must be validated if |t| is not below `most`, or if the core does not accept their
-        type.
+        Validation is necessary if |t| is not below `most`, or if the core cannot convert the times.
         """
         return exact_states(self._plan, t, most)
 
@@ -214,9 +212,9 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    Tops with other parameter changes have no closed form. Derivatives with respect to the vertical
-    momentum of a Goryachev-Chaplygin top are NaN. The tangents are central differences of order 8
-    between the closed forms of neighbouring tops. The difference steps are reduced as time
+    Changes of other parameters lead to tops without a closed form. Derivatives with respect to the
+    vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central differences of
+    order 8 between the closed forms of neighbouring tops. The difference steps are reduced as time
     increases. The relative error of the tangents usually stays below about 1e-10 at all times,
     whereas that of a Taylor series grows. Near resonances and separatrices, the error is larger,
     and is reported by `tangents_rest`. For fast tops, the derivatives with respect to gravity and
@@ -227,9 +225,9 @@ class ExactTorus(Exact):
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for any other parameter, and for times at which the top has turned by more
-    than 1e9 rad. Also raises ValueError if a neighbouring top needed for a central difference has
-    no closed form.
+    Raises ValueError for any other parameter. Also raises ValueError for times at which the top has
+    turned by more than 1e9 rad. Raises ValueError if any of the required neighbouring tops has no
+    closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -261,7 +259,7 @@ class ExactTorus(Exact):
         0.
 
         Apart from a rotation about the vertical, some motions repeat after half a turn of one or
-        both angles. For these motions, the loops of the actions are not the shortest possible ones.
+        both angles. The loops that define the actions are then not the shortest closed loops.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
@@ -276,9 +274,9 @@ class ExactTorus(Exact):
         The shape of the array is (n, 3). Each row contains the numbers of turns of the two angles
         on the torus, and the time [T]. Both numbers of turns are integers, and their ratio is a
         convergent in the continued-fraction expansion of the frequency ratio. Each row therefore
-        describes a near resonance of the two frequencies. At the given time, the momentum and the
-        vertical, as seen from the body, nearly return to their initial values. There are fewer rows
-        if the frequencies are in exact resonance, up to rounding errors.
+        describes a near resonance of the two frequencies. At these times, the momentum and the
+        vertical in the body frame are close to their initial values. The array has fewer than `n`
+        rows if the ratio of the frequencies is rational, up to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -377,11 +375,10 @@ class ExactGoryachevChaplygin(ExactTorus):
 class ExactMap(_ClosedForm):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
-    The object can be called with a number of steps, or with an array of such numbers, and returns a
-    kreisel.Path.
+    The object can be called with one or more numbers of steps, and returns a kreisel.Path.
 
-    The attributes period, precession and spin describe the computed states instead of the exact
-    motion. The differences from the attributes of kreisel.Exact are the errors of the method.
+    The attributes period, precession and spin describe the numerical solution instead of the exact
+    motion. The errors of the method are the differences from the attributes of kreisel.Exact.
     """
 
     step: float
@@ -423,8 +420,8 @@ def exact(
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError, with the reason, for a scene without a closed form and for a support that
-    turns about e3. For such a support, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError for a scene without a closed form, and for a support that turns about e3. For
+    a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return from_list(scene)
@@ -479,7 +476,7 @@ def record_exact_tangents(
 ) -> Path:
     """Compute the path of a scene and its tangents from a closed form on a torus.
 
-    Raises the same ValueErrors as ExactTorus if it is called with tangents.
+    Raises ValueError if the tangents cannot be computed.
     """
     times = time_array(
         t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns

@@ -52,12 +52,12 @@ class ExactEnsemble:
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. The values agree with those of kreisel.exact for each scene, and the
-    states are bitwise identical. Accessing the turning-point attributes raises ValueError if any of
-    the motions has no turning points.
+    computed on first access. The values agree with those of kreisel.exact for single scenes, and
+    the states are bitwise identical. Accessing the turning-point attributes raises ValueError if
+    any of the motions has no turning points.
 
-    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
-    values are NaN for other tops.
+    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. For all
+    other tops, these three attributes are NaN.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -107,10 +107,9 @@ class ExactEnsemble:
     def _compute_states(self, t: Array) -> Array:
         """Return the states, as an array (n, k, 8), at times of shape (k,) or (n, k).
 
-        If no time is 0 and all times have the same sign and are monotonic, the ensemble is run
-        because this is faster. At time 0, a run would return the initial state itself instead of
-        the value of the closed form. Closed forms on a torus are not run, because a run has
-        slightly different rounding errors.
+        For monotonic, nonzero times of one sign, the states are computed by a run, which is faster.
+        At time 0, a run returns the initial state itself instead of the closed form. Closed forms
+        on a torus are evaluated directly, because a run has slightly different rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -146,9 +145,9 @@ class ExactEnsemble:
     def _call_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
-        """Call a core function for slices of the ensemble and of the arrays `rows`.
+        """Call a C function for consecutive slices of the ensemble and of the arrays `rows`.
 
-        Raises ValueError for the first top that the core function rejects.
+        Raises ValueError for the first top that the C function rejects.
         """
         found: list[tuple[int, str]] = []
         work = Work()
@@ -285,7 +284,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The turning points and rates of the closed form would refer to the inertial frame, not to the
+    The turning points and rates of a closed form refer to the inertial frame instead of the
     support.
     """
     turning = np.asarray(tops.turning)
@@ -298,7 +297,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes. Raises ValueError if any scene has none."""
+    """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:

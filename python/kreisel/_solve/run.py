@@ -68,7 +68,7 @@ _UNDER_WAY = "this run is under way: another thread leads it, or a call that has
 
 
 class _PresentState(NamedTuple):
-    """The core object of a run, and the current state of the run."""
+    """The current state of a run."""
 
     motion: Motion
     scene: Scene
@@ -195,8 +195,8 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over paths that continue from the current time, like kreisel.stream.
 
-        Between two paths, the run can be saved or changed. After a change, the iterator continues
-        with the remaining times.
+        The run can be saved or changed between two paths of the iterator. After a change, the
+        iterator continues with the remaining times.
         """
         number = parse_every(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
@@ -228,7 +228,7 @@ class Run:
         return np.array([self.t, times[-1]])
 
     def _check_times(self, times: Array) -> None:
-        """Raise ValueError if the times do not continue the run or exceed the horizon."""
+        """Raise ValueError if the times are not monotonic or too large."""
         check_monotonic(times, self.t, self._back)
         check_horizon(self.scene, float(times[-1]), self.step)
 
@@ -331,7 +331,7 @@ class Run:
 
         The arguments are the same as for kreisel.Scene. The attitude is preserved, and refers to
         the frame of description of the new body. The parameter `shaking` refers to the time of the
-        run, which continues.
+        run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
@@ -426,7 +426,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return how a copy of the run is created from its checkpoint."""
+        """Return the arguments for reconstructing the run from its checkpoint."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -435,9 +435,9 @@ class Run:
 
 
 def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin) -> Motion:
-    """Create and return a core motion that starts from `origin`.
+    """Create the core object of a run.
 
-    Raises the exception of a failed run if the core rejects the scene.
+    Raises an exception if the core rejects the scene.
     """
     request = request_from_options(options)
     if request is not None:
@@ -476,7 +476,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
     or on a different type of machine. Raises OSError if the file cannot be read. Issues a warning
-    if the Taylor series has other rounding errors on this processor than on the original one.
+    if this processor gives different rounding errors in the Taylor series.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -496,7 +496,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return a run, and the name of the Taylor kernel that was used, given its checkpoint.
+    """Return a run and the name of its Taylor kernel, given its checkpoint.
 
     `line` is the JSON header of the checkpoint, and `memory` is the state of the core object.
     """

@@ -3,9 +3,9 @@
 At time t, the error of a method of order p with step size h is about g w t (c h r)^p. The rate r
 and the weight w are computed from the integrals of motion; the constants c were determined by
 measurement. The factor g is the growth of small perturbations, divided by their growth in a regular
-motion. For example, g is large near an unstable equilibrium. This estimate yields an initial guess
-for the cheapest method and its step size. The step size is then reduced until the difference from a
-reference solution is sufficiently small.
+motion. For example, g is large near an unstable equilibrium. The error estimate yields an initial
+guess for the cheapest method and its step size. The step size is then reduced until the difference
+from a reference solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
-        These times include the requested times and the ends of steps. If there are only a few
+        The result includes the requested times and the ends of steps. If there are only a few
         steps, intermediate times are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
@@ -223,7 +223,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for passing `error` together with a method other than 'geometric'."""
+    """Return the exception for an argument `error` with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -249,7 +249,7 @@ def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progr
 
 
 def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Solve a single scene with method='geometric', and return the path of its states."""
+    """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return path_or_raise(scene, still, record_states(scene, still, times))

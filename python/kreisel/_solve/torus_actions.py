@@ -7,8 +7,8 @@ For each action, a loop is chosen along which one angle on the torus makes a ful
 is computed by the trapezoidal rule, which converges exponentially because the integrand is periodic
 and analytic.
 
-After one loop, a Goryachev-Chaplygin top does not return to its initial attitude. The reason is
-that the heading of the top is not a function of the two angles. However, the one-form does not
+At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The reason
+is that the heading of the top is not a function of the two angles. However, the one-form does not
 depend on the heading if <m, e3> is zero. The components are therefore taken along m/|m|, e3 x m/|m|
 and e3 instead of the space axes.
 
