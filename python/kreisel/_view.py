@@ -140,8 +140,8 @@ def view(
 ) -> View:
     """Show a scene or a path in an interactive viewer.
 
-    In a notebook, the viewer is displayed as the result of the cell; otherwise it opens in a
-    browser.
+    In a notebook, the viewer appears in the output of the cell. Outside notebooks, the viewer is
+    opened in a browser.
 
     methods  one to three methods that the viewer starts with; by default, taylor for bodies with
              rotors and for tops with damping, friction or turning supports, bobenko_suris for

@@ -14,15 +14,15 @@ the constant 1. help(kreisel.Path) describes the quantities to which the compone
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Events of general Python functions cannot be located, because the method requires polynomials. For
-such a function f, compute a path with closely spaced states, and search it for sign changes with
+Events of general Python functions cannot be located, because the method requires polynomials. For a
+Python function f, compute a path with closely spaced states, and search it for sign changes with
 np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can miss events.
 
 Within each step of method='taylor', the function is a polynomial in time. Events are the sign
-changes of this polynomial or, for an extremum, of its derivative. No event within a step is missed,
+changes of a polynomial or, for an extremum, of its derivative. No event within a step is missed,
 and the path is not affected. The initial state does not count as an event. The function is
-considered zero if its absolute value is below 2^-50 times the sum of the absolute values of its
-terms. Points at which a function touches zero without changing sign are not events.
+considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
+Points at which a function touches zero without changing sign are not events.
 
 The times of events are as accurate as the path itself. The times are stored as doubles, even if the
 path has more digits. Rising and falling refer to increasing time, even if the path runs backwards
@@ -128,9 +128,9 @@ def crossing(
     """Find the times at which a function crosses a given value.
 
     `value` is given in the units of the function. The arguments `direction`, `max_count` and
-    `terminal` are described in kreisel.events.Event. If `where` is given, this function must be
-    positive at the event. Raises TypeError or ValueError if a function is invalid, and ValueError
-    if `function` is constant.
+    `terminal` are described in kreisel.events.Event. An event counts only if the function `where`
+    is positive. Raises TypeError or ValueError if a function is invalid, and ValueError if
+    `function` is constant.
     """
     level = as_float("value", value)
     terms = _parse_terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -188,9 +188,9 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find the points at which the apex comes to rest and reverses its direction.
 
     A cusp is a highest or lowest point on the path of the apex at which the apex is nearly at rest.
-    The angular speed of the apex is then less than `within` times that of the body. `within` must
-    be at least 1e-7, because rounding errors dominate for smaller values. The other arguments are
-    the same as for kreisel.events.extremum, but without `where`.
+    At a cusp, the angular speed of the apex is less than `within` times that of the body. `within`
+    must be at least 1e-7, because rounding errors dominate for smaller values. The other arguments
+    are the same as for kreisel.events.extremum, but without `where`.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(
@@ -217,7 +217,7 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
     """Raise ValueError if an event `kinetic` does not describe the kinetic energy of `tops`.
 
-    The event must be defined with the rotor of the body, and the support must not turn.
+    An event `kinetic` requires the rotor of the body and a support that does not turn.
     """
     half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -251,10 +251,10 @@ def stopped(**more: Unpack[_More]) -> Event:
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """Find the points at which a top is closest to its unstable equilibrium.
 
-    Motions on both sides of the separatrix slow down near this equilibrium. Under gravity, the
-    events are the points at which the centre of mass is highest. Without torque, the events are the
-    points at which the angular velocity is closest to the intermediate principal axis. The states
-    at these points show how close the motion is to the equilibrium.
+    Motions on both sides of the separatrix are slow near the unstable equilibrium. Under gravity,
+    the events are the points at which the centre of mass is highest. Without torque, the events are
+    the points at which the angular velocity is closest to the intermediate principal axis. The
+    states at the events show how close a motion is to the unstable equilibrium.
 
     The other arguments are the same as for kreisel.events.extremum. Under gravity, `direction` is
     not accepted. Raises ValueError for a torque-free body with two equal moments, because it has no
@@ -348,7 +348,7 @@ def _component(word: str) -> int:
 
 
 def _parse_condition(where: Function | None) -> Terms:
-    """Return the terms of the function `where`, which are empty if `where` is None."""
+    """Return the terms of the condition `where`, or no terms if `where` is None."""
     condition = () if where is None else _parse_terms("where", where)
     if where is not None and not condition:
         raise ValueError("where is zero and never positive: give a nonzero factor")
@@ -382,8 +382,8 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and fi
 def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """Return the requested events as a tuple.
 
-    Raises ValueError if the method cannot find events, and TypeError if `events` contains an object
-    that is not an event.
+    Raises ValueError if the method cannot find events, and TypeError for an object that is not an
+    event.
     """
     if method != FALLBACK:
         raise ValueError(
@@ -404,7 +404,7 @@ CoreEvents = list[
 
 
 def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Return the events as tuples in the form that the core accepts."""
+    """Convert the events to tuples for the C library."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
@@ -429,7 +429,7 @@ class EventRecord(TypedDict):
 
 
 def to_record(event: Event) -> EventRecord:
-    """Return a record of an event, for storage in a checkpoint."""
+    """Convert an event to a record that can be stored in a checkpoint."""
     return {
         "terms": _terms_by_name(event.terms),
         "where": _terms_by_name(event.where),
@@ -445,7 +445,7 @@ def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
 
 
 def from_record(row: EventRecord) -> Event:
-    """Return the event described by a record in a checkpoint.
+    """Convert a record from a checkpoint to an event.
 
     Raises KeyError, TypeError or ValueError if the record is invalid.
     """

@@ -1,4 +1,4 @@
-"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from body to space frame.
+"""Unit quaternions (w, x, y, z) that rotate vectors from the body frame to the space frame.
 
 If v contains the components of a vector along the axes of the body, then v_space = q v q* contains
 the components of the same vector along the axes of space.
@@ -112,9 +112,9 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
     """Return the angle [rad], between 0 and pi, of the rotation between two attitudes.
 
     `a` and `b` have the shape (..., 4), scalar first, and are broadcast against each other. The
-    result has the broadcast shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|)
-    is accurate even for small angles. The angle between q and -q is 0, because both represent the
-    same attitude.
+    result has the broadcast shape without the last dimension. The formula 2 atan2(|v|, |w|) for the
+    quaternion a* b = (w, v) is accurate even for small angles. The angle between q and -q is 0,
+    because both represent the same attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)

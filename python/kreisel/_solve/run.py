@@ -92,8 +92,8 @@ class Run:
     run.push, run.reset and run.change change the motion at the present time t. The time of the run
     continues, but otherwise the motion starts anew from its present state.
 
-    - run.scene is the present state, and run.start_time its time. The energy, `path(t)` and
-      `path.error` of a path refer to the scene that was valid during this path.
+    - run.scene is the present state, and run.start_time its time. The energy and
+      the error of a path refer to the scene that was valid during this path.
 
     - The grid of a fixed step begins at the present time.
 

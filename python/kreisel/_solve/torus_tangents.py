@@ -4,9 +4,9 @@ For each column of the tangents, a central difference of order 8 is computed fro
 tops. The tangents of an integrable top grow at most linearly with time. If the difference step is
 inversely proportional to time, the errors remain small relative to the tangents.
 
-The initial state of each neighbour is rounded. The rounded distance between two neighbours is known
-exactly, because the difference of two nearby doubles is exact. Derivatives along the coordinate
-axes are obtained from the rounded distances by solving a linear system.
+The initial states of the neighbouring tops are rounded. The distance between two rounded states is
+nevertheless known exactly, because the difference of two nearby doubles is exact. Derivatives along
+the coordinate axes are obtained from the rounded distances by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -67,7 +67,7 @@ def compute_torus_tangents(
 
     `compute_states` evaluates the closed form of a given scene at given times. A column is NaN if
     tops with a changed parameter have no closed form. Raises ValueError if a neighbouring top has
-    no closed form, or moves too differently.
+    no closed form, or if its motion differs too much from that of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -98,7 +98,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times at which the motions of neighbouring tops are not resolved."""
+    """Raise ValueError if the times are too large for differences between neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(
@@ -191,7 +191,7 @@ def _differentiate_with_best_steps(
 ) -> tuple[Array, Array]:
     """Compute tangents with several difference steps, and return the best ones with their errors.
 
-    The step is reduced as long as this reduces the error estimate of a state.
+    The difference step is reduced as long as the estimated error decreases.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))
@@ -222,9 +222,9 @@ def _differentiate_with_best_steps(
 def _central_difference(
     scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
-    """Return central differences of order 8, and their relative difference from order 6.
+    """Return central differences of order 8, and their relative difference from those of order 6.
 
-    Tangents smaller than one natural unit are replaced by this unit in the relative difference.
+    For tangents smaller than a natural unit, the difference is relative to this unit.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

@@ -37,7 +37,7 @@ TangentSpec = TangentName | Iterable[TangentName]
 
 
 def parse_tangents(tangents: object) -> tuple[str, ...]:
-    """Return the names of the requested tangents without duplicates, in the order used by the core.
+    """Return the names of the requested tangents without duplicates, in a fixed order.
 
     Raises TypeError or ValueError for an unknown name, or if there is no name.
     """

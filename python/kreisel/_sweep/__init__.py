@@ -1,1 +1,1 @@
-"""Sweeps: ensembles too large for the memory, which are computed and stored in parts."""
+"""Sweeps: ensembles that are too large for memory, computed and stored in parts."""

@@ -1,7 +1,7 @@
 """Checksums of whole files, stored inside the files.
 
 The checksum is the SHA-256 digest of the file in which the digest itself is replaced by zeros. The
-digest follows the text "kreisel-sha256:".
+digest is stored after the text "kreisel-sha256:".
 
 Parquet's own checksums cover only data pages, and would not detect changes to the schema or the
 statistics.

@@ -1,7 +1,7 @@
 """Parts of a sweep as Parquet files with one row per top.
 
-If a top has several values in a column or several events, these are stored as a list. To improve
-compression, the eight bytes of each double are stored in separate streams.
+Several values or events of a top in one column are stored as a list. To improve compression, the
+eight bytes of each double are stored in separate streams.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     """Encode a part as a Parquet file with a placeholder for its checksum.
 
-    `about` is stored as JSON in the metadata of the file.
+    The dictionary `about` is stored as JSON in the metadata of the file.
     """
     table = as_table(part)
     out = pa.BufferOutputStream()
@@ -52,7 +52,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the path in the Parquet schema and the value type of each column."""
+    """Return the Parquet path and the value type of each column."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -64,8 +64,8 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
 def as_table(part: PartTable) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
-    The metadata of each field contain the column's `units`. The metadata entry `per` is "top",
-    "time" or "event" according to the meaning of the values.
+    The metadata of each field contain the column's `units`. The metadata entry `per` states whether
+    a column has values per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
@@ -95,7 +95,7 @@ def _to_arrow_list(offsets: Column, values: Column) -> Any:
 
 
 def read_about(data: bytes) -> dict[str, Any]:
-    """Return the entry `about` from the metadata of a part.
+    """Return the dictionary `about` that is stored in a part.
 
     Raises ValueError if the data are not a part of a sweep.
     """
@@ -106,9 +106,9 @@ def read_about(data: bytes) -> dict[str, Any]:
 
 
 def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
-    """Return the entry `about` from the metadata of a file.
+    """Return the dictionary `about` from the metadata of a file.
 
-    Raises ValueError if there is no such entry.
+    Raises ValueError if the metadata contain no valid dictionary.
     """
     try:
         about = json.loads((metadata or {})[_ABOUT.encode()])
@@ -122,7 +122,7 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
 def decode_part(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
-    """Read a part from its file; `names` selects columns.
+    """Read a part, or only its columns `names`, from a file.
 
     If `names` is an empty list, the returned table has all columns but no rows. `states` is the
     number of states per top. Raises ValueError if the file is damaged, or if it is not the part
@@ -145,7 +145,7 @@ def decode_part(
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Convert an Arrow table to the table of a part."""
+    """Convert an Arrow table to a PartTable."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

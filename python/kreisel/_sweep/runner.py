@@ -69,11 +69,11 @@ class PartRunner:
             self._report_progress(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return a progress callback for a part of `tops` tops, or None."""
+        """Return a function that reports the progress of a part, or None."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of finished tops, but not too often."""
+        """Report the number of finished tops, at most about ten times per second."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
@@ -82,8 +82,8 @@ class PartRunner:
     def run_on(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        If the executor loses parts, these are submitted a second time. Raises PartsLost if parts
-        are lost again.
+        Parts that the executor loses are submitted a second time. Raises PartsLost if the executor
+        loses parts again.
         """
         for _ in range(2):
             self._submit_all(executor)

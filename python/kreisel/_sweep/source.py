@@ -81,9 +81,10 @@ class Source:
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
         """Return a source of all combinations of values of several parameters.
 
-        Each list of values has a dimension of its own, in the order of the arguments. Parameters
-        with a single value are the same for all tops. All parameters of Scene.vary except `body`
-        are allowed. Raises TypeError and ValueError under the same conditions as Scene.vary.
+        Each list of values becomes a dimension of the source, in the order of the arguments.
+        Parameters with a single value are the same for all tops. All parameters of Scene.vary
+        except `body` are allowed. Raises TypeError and ValueError under the same conditions as
+        Scene.vary.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
@@ -113,8 +114,8 @@ class Source:
         """Return a source of `n` tops with random parameters.
 
         A parameter given as two values, such as spin=(0, 20), is uniformly distributed between
-        them. The bounds of a vector are two rows. Parameters with a single value are the same for
-        all tops. Each random value depends only on the seed, the index of the top and the
+        them. For a vector, the bounds are given as two rows. Parameters with a single value are the
+        same for all tops. Each random value depends only on the seed, the index of the top and the
         parameter. All parameters of Scene.vary except `body` are allowed, but inertia and attitudes
         must have a single value. Raises TypeError and ValueError under the same conditions as
         Scene.vary.
@@ -262,7 +263,7 @@ class Source:
     ) -> Exception:
         """Return the error raised by the first invalid top, including the index of this top.
 
-        If every single top is valid, the error `common` of all tops together is returned.
+        If every top is valid on its own, the error `common` is returned.
         """
         while at.size > 1:
             middle = at.size // 2
@@ -349,9 +350,9 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter to vary along the axis with the name of the parameter.
+    """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    A parameter without such an axis has a single value.
+    If there is no axis of this name, the parameter has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:

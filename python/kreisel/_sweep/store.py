@@ -69,7 +69,7 @@ class SweepStore:
         return sorted(found)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
-        """Read part i from its file; `names` selects columns.
+        """Read part i, or only its columns `names`, from its file.
 
         If `names` is an empty list, the returned table has all columns but no rows. Raises
         ValueError if the file is damaged, or is not part i of this plan.
@@ -123,7 +123,8 @@ class SweepStore:
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if `folder` contains no sweep, or if the hash of the plan is not `expected`.
+    Raises ValueError if `folder` contains no sweep, or if the hash of the plan differs from
+    `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
@@ -224,7 +225,7 @@ def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
-    """Write each array that is too long for the plan file to a file of its own."""
+    """Write each array that is too long for the plan file to a separate file."""
     for values in plan.arrays:
         file = where / content_name(values)
         if not file.exists():

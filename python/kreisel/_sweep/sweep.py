@@ -72,8 +72,8 @@ def sweep(
     To resume a sweep that was interrupted, repeat the call, possibly on a different machine. Each
     part is a Parquet file with one row per top. The columns contain the index, parameters, status
     and results of each top. The units [M L T] of the columns are stored in the file. The contents
-    of each part are determined, bit for bit, by the plan and the part number. If a top fails, its
-    status is not 0.
+    of each part are determined, bit for bit, by the plan and the part number. A nonzero status
+    means that the top failed.
 
     Existing parts are verified by their checksums, and damaged parts are computed again. The names
     of part files are reserved; do not use them for other files in the folder. Invalid files with

@@ -102,7 +102,7 @@ class SweepPlan:
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set of the Taylor kernel on this machine.
+        """The instruction set that the Taylor series uses on this machine.
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
@@ -111,7 +111,7 @@ class SweepPlan:
     def ensemble(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
-        The ensemble of the validated sample is used if it has the same indices.
+        If the indices are those of the validated sample, its ensemble is reused.
         """
         if self.sample is not None:
             at, ensemble = self.sample
@@ -167,7 +167,7 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 def _list_varied(source: Source) -> list[str | list[Any]]:
     """Return the names of the varying parameters in JSON form.
 
-    A parameter is listed without values if the plan contains its values elsewhere.
+    Values that the plan already contains are omitted.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]

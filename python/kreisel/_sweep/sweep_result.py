@@ -34,8 +34,8 @@ _STATUS = "status", "reached"
 class SweepResult:
     """The results of a sweep in a folder.
 
-    `result[name]` is a column as a NumPy array of shape `shape`, or of shape (*shape, k) if there
-    is one value for each of k times. Only the requested columns are read from the files.
+    `result[name]` is a column as a NumPy array of shape `shape`, or (*shape, k) with values at k
+    times. Only the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -45,9 +45,9 @@ class SweepResult:
     units    the dimension [M L T] of each column
 
     Iteration yields each existing part as a mapping from column names to arrays. Raises ValueError
-    if a column is read while parts are missing. With the argument partial=True of
-    kreisel.read_sweep, only the existing parts are used. The column `result["top"]` then contains
-    the indices of the tops. With partial=True, damaged parts are treated as missing.
+    if a column is read while parts are missing. If partial=True was passed to kreisel.read_sweep,
+    only the existing parts are used. In a partial result, the column `result["top"]` contains the
+    indices of the tops. Damaged parts of a partial result are treated as missing.
     """
 
     _store: SweepStore
@@ -59,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def present(self) -> list[int]:
-        """The numbers of the existing parts, without damaged parts if partial=True."""
+        """The numbers of the existing parts; a partial result excludes damaged parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -139,7 +139,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts; `names` selects columns.
+        """Return an iterator over the existing parts, or over their columns `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -169,7 +169,7 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify the checksums of all existing parts, and return this result.
+        """Verify the checksums of all existing parts, and return the same object.
 
         Raises ValueError for the first damaged part. Raises FileExistsError if a folder or a part
         of a different plan has the name of a part.
@@ -237,8 +237,8 @@ class SweepResult:
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top or, if there are states, per state.
 
-        `attrs` contains the units. The DataFrame contains only the number of events of each top.
-        Raises ImportError if pandas is not installed.
+        `attrs` contains the units. The DataFrame contains the number of events of each top, but not
+        the events. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -260,10 +260,10 @@ class SweepResult:
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable, including units, per column.
 
-        The dimensions are those of the sweep and, if states are stored, time. The parameters that
-        vary, `status` and `reached` are stored as coordinates. For tops in missing parts, the
-        values are NaN, or -1 for integers. The Dataset contains only the number of events of each
-        top. Raises ImportError if xarray is not installed.
+        The dimensions are those of the sweep and, if states are stored, time. The varying
+        parameters, `status` and `reached` are stored as coordinates. For tops in missing parts, the
+        values are NaN, or -1 for integers. The Dataset contains the number of events of each top,
+        but not the events. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr

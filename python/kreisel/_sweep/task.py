@@ -217,7 +217,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return the task with the name `task`, including its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. The same exceptions are raised if the value of an argument differs between tops.
+    accept. Arguments with different values for different tops are also rejected.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
@@ -271,7 +271,7 @@ def _float_or_list(values: Numbers) -> Any:
 
 
 def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task described by the JSON of a plan.
+    """Return the task that is stored in the JSON form of a plan.
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
     """

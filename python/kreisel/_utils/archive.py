@@ -67,7 +67,7 @@ class Archive:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def read_text(self, name: str) -> str:
-        """Return the member `name` as a text."""
+        """Return the text stored in the member `name`."""
         return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def read_doubles(self, name: str, n: int | None, *shape: int) -> Array:

@@ -1,6 +1,6 @@
 """Atomic file output: write a temporary file, then rename it into place.
 
-The final name never refers to an incomplete file, even if the disk is full or the process crashes.
+A file with the final name is always complete, even if the disk becomes full or the process crashes.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 class AtomicWriter:
-    """A file that is written in blocks; error messages refer to the final name."""
+    """A file that is written in blocks."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
@@ -78,7 +78,7 @@ def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync `folder` to disk. Does nothing on systems that do not support this."""
+    """Sync `folder` to disk. Does nothing on systems that cannot sync folders."""
     try:
         there = os.open(folder, os.O_RDONLY)
     except OSError:
@@ -115,7 +115,7 @@ def _temp_path(file: Path) -> Path:
 
 
 def _open_temp(new: Path, file: Path, name: str) -> int:
-    """Create a temporary file; error messages refer to the final name."""
+    """Create a temporary file with the permissions of the final file."""
     try:
         permissions = file.stat().st_mode & 0o777 if file.exists() else 0o666
         return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, permissions)

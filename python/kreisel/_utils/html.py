@@ -44,7 +44,8 @@ def render_png(figure: FigureLike) -> bytes:
 def display_picture(draw: Callable[[], AxesLike], text: str) -> str | None:
     """Return HTML that shows a description of a result, and a figure drawn by `draw`.
 
-    Returns None if matplotlib is not installed. Notebooks then display the description alone.
+    Returns None if matplotlib is not installed. Without matplotlib, notebooks display the
+    description alone.
     """
     try:
         figure = draw().get_figure()

@@ -1,4 +1,4 @@
-"""Validation of arguments: conversion to numbers and arrays, with errors that name the argument."""
+"""Validation of arguments, and their conversion to numbers and arrays."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def as_unit(name: str, value: object) -> str:
 
 
 def as_array(name: str, value: object, what: str) -> Array:
-    """Convert `value` to a new array of doubles of any shape, and return the array.
+    """Convert `value` to a new array of doubles.
 
     `what` is the description of the expected value in error messages.
     """
