@@ -150,7 +150,8 @@ class Apex:
         """Return the nutation angle at a time between two states, by interpolation.
 
         The angle is computed from the height of the apex and its squared distance from the
-        vertical. These two functions are smooth, so the result is accurate even near the vertical.
+        vertical. Both the height and the squared distance are smooth functions, so the result is
+        accurate even near the vertical.
         """
         square = self._interpolate_between_states(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(

@@ -1,12 +1,12 @@
 """The number of turns that a body axis makes about a direction between the states of a path.
 
 Let z = sin(nutation) exp(i precession_angle) be the projection of a body axis onto the plane
-perpendicular to a fixed direction. The number z is zero if the axis is parallel to the direction;
-these two positions of the axis are called poles. Between two states, z moves along an arc in the
-complex plane. An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and
-the chord. The distance between an arc and its chord is bounded using the velocities at both
-endpoints. If 0 may lie between the arc and the chord, the arc is bisected by computing the state at
-the midpoint in time.
+perpendicular to a fixed direction. A pole is a position of the axis with z = 0, parallel or
+antiparallel to the fixed direction. Between two states, z moves along an arc in the complex plane.
+An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
+distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
+lie between the arc and the chord, the arc is bisected by computing the state at the midpoint in
+time.
 """
 
 from __future__ import annotations
@@ -262,8 +262,8 @@ def _compute_arc_points(
 ) -> list[tuple[Waves, Waves]]:
     """Compute z and its time derivative for each column of `times`.
 
-    The times in row i are measured from the state with the index `parent[i]`. Where the integration
-    fails, z is NaN.
+    Row i of `times` contains times relative to the state with the index `parent[i]`. Where the
+    integration fails, z is NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)

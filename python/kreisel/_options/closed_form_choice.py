@@ -21,8 +21,8 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 class _TorusFormCosts(NamedTuple):
     """The cost of a closed form, in units of one step of the Taylor series.
 
-    The values were determined with validation/studies/set_up_times.py. The closed form is slower
-    than the Taylor series in about 1 % of the cases in which it is chosen.
+    The parameters were chosen with the program validation/studies/set_up_times.py. The closed form
+    is slower than the Taylor series in about 1 % of the cases in which it is chosen.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
@@ -63,7 +63,7 @@ def allow_certificate(scene: Scene, t: object) -> float:
 def _ends_too_early(scene: Scene, t: object) -> bool:
     """Return True if the last time is so early that the Taylor series is certainly faster.
 
-    This check is much faster than the validation of all times.
+    Checking only the last time is much faster than validating all times.
     """
     last = t
     if (isinstance(t, list) or (isinstance(t, np.ndarray) and t.ndim == 1)) and len(t) > 0:

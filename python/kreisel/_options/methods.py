@@ -202,7 +202,7 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    For these tops, setting up the closed form takes as long as many steps of the Taylor series.
+    Setting up a closed form on a torus takes as long as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS

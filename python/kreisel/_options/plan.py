@@ -24,7 +24,7 @@ Reasons = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class StepChoice:
-    """The method and step size chosen by method='geometric', and the cost of this choice.
+    """The method and step size chosen by method='geometric', and the cost of choosing them.
 
     step          [T]
     target        the largest error allowed [rad]
@@ -158,7 +158,7 @@ def make_plan(
 def _find_kernel(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set and the order of the Taylor series.
 
-    Both results depend only on the options, not on the scene.
+    The instruction set and the order depend only on the options, not on the scene.
     """
     scene = Scene(Body(1.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
     _, top = start(scene._block, *core)

@@ -96,7 +96,7 @@ class Film:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the animation atomically to a file ending in .gif, .mp4 (needs ffmpeg) or .html.
 
-        Raises ValueError for other suffixes, and OSError if the file cannot be written.
+        Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
         """
         make = writer_for(file)
         atomic_write(file, make(self))

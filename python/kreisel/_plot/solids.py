@@ -180,9 +180,9 @@ def parallel_normals(tangent: Array) -> Array:
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
     """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
-    The cuboid has the given principal moments of inertia about the fixed point. If no such cuboid
-    exists, its mass is increased while mass * com is kept constant. Of all possible masses, the one
-    with the largest cuboid is used.
+    The cuboid has the given principal moments of inertia about the fixed point. If no cuboid has
+    these moments, the mass is increased while mass * com is kept constant. Of all possible masses,
+    the one with the largest cuboid is used.
     """
     best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:

@@ -1,6 +1,6 @@
 """The scenery around a moving body: a floor, the sphere of the apex, a stand and a soft shadow.
 
-The colours are those of the interactive viewer.
+The colours match those of the interactive viewer.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ def _draw_stand(axes: Axes, floor: float) -> None:
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
     """Draw the shadow of a body on the floor, given the corners of its faces.
 
-    The light source has a finite size. The shadow is therefore sharp only where the body is close
-    to the floor.
+    The light source has a finite size. The shadow is sharp only where the body is close to the
+    floor.
     """
     above = corners[..., 2:] - floor
     outlines = []

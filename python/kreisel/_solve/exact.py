@@ -87,12 +87,12 @@ class Exact(_ClosedForm):
 
     For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
     the nutation refers to the principal axis about which the angular momentum precesses in the body
-    frame. This principal axis is directed at an acute angle to the angular momentum. The nutation
-    of this axis has half the period of body_velocity. The period of body_velocity is denoted by T
-    in Landau and Lifshitz, Mechanics, section 37.
+    frame. The axis is directed at an acute angle to the angular momentum. The nutation of a free
+    asymmetric body has half the period of body_velocity. The period of body_velocity is denoted by
+    T in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn. The
-    attribute `precession` does not include these jumps.
+    mean rate `precession` does not include jumps of the precession angle by half a turn.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
     negative, and in any order. Ctrl-C raises an ordinary KeyboardInterrupt, without partial
@@ -106,7 +106,7 @@ class Exact(_ClosedForm):
         array([1.1414])
 
     The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
-    about their apex. Accessing one of these attributes for another body raises ValueError.
+    about their apex. For all other bodies, accessing a turning-point attribute raises ValueError.
     """
 
     @cached_property
@@ -175,9 +175,9 @@ class Exact(_ClosedForm):
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
         with m3 = <m, e3> and c = <m, apex>. The energy is the sum of the effective potential and I1
-        / 2 times the square of the nutation rate. At a turning point away from the vertical, the
-        effective potential therefore equals the energy. At nutation 0 or pi, the potential is inf
-        if the apex cannot reach the vertical there.
+        / 2 times the square of the nutation rate. The effective potential equals the energy at
+        turning points away from the vertical. At nutation 0 or pi, the potential is inf if the apex
+        cannot reach the vertical there.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -193,7 +193,8 @@ class Exact(_ClosedForm):
     def _states_or_none(self, t: object, most: float) -> Array | None:
         """Return one state per row, or None if the times must be validated in Python.
 
-        Validation is necessary if |t| is not below `most`, or if the core cannot convert the times.
+        Validation is necessary if |t| is not below `most`, or if the C library cannot convert the
+        times.
         """
         return exact_states(self._plan, t, most)
 
@@ -212,10 +213,10 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    Changes of other parameters lead to tops without a closed form. Derivatives with respect to the
-    vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central differences of
-    order 8 between the closed forms of neighbouring tops. The difference steps are reduced as time
-    increases. The relative error of the tangents usually stays below about 1e-10 at all times,
+    Changes of any other parameter lead to tops without a closed form. Derivatives with respect to
+    the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central differences
+    of order 8 between the closed forms of neighbouring tops. The difference steps are reduced as
+    time increases. The relative error of the tangents usually stays below about 1e-10 at all times,
     whereas that of a Taylor series grows. Near resonances and separatrices, the error is larger,
     and is reported by `tangents_rest`. For fast tops, the derivatives with respect to gravity and
     mass suffer from cancellation errors.
@@ -225,9 +226,9 @@ class ExactTorus(Exact):
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for any other parameter. Also raises ValueError for times at which the top has
-    turned by more than 1e9 rad. Raises ValueError if any of the required neighbouring tops has no
-    closed form.
+    Raises ValueError for a parameter without tangents. Also raises ValueError for times at which
+    the top has turned by more than 1e9 rad. Raises ValueError if any of the required neighbouring
+    tops has no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -251,15 +252,16 @@ class ExactTorus(Exact):
         """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
 
         Each action is the integral of <m, dR R^T> along a closed loop on the torus, divided by 2
-        pi. Here, m is the angular momentum, and R is the rotation from the body frame to the space
-        frame. Along each loop, one angle increases by a full turn, while the other angles are
+        pi. The vector m is the angular momentum, and R is the rotation from the body frame to the
+        space frame. Along each loop, one angle increases by a full turn, while the other angles are
         constant. The third action equals <m, e3>. The energy is a function of the actions, and its
         derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
-        d actions. For Goryachev-Chaplygin tops, this relation holds only among tops with <m, e3> =
-        0.
+        d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
+        among tops with <m, e3> = 0.
 
         Apart from a rotation about the vertical, some motions repeat after half a turn of one or
-        both angles. The loops that define the actions are then not the shortest closed loops.
+        both angles. The actions always belong to full turns, even if the motion repeats after half
+        a turn.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
@@ -273,8 +275,8 @@ class ExactTorus(Exact):
 
         The shape of the array is (n, 3). Each row contains the numbers of turns of the two angles
         on the torus, and the time [T]. Both numbers of turns are integers, and their ratio is a
-        convergent in the continued-fraction expansion of the frequency ratio. Each row therefore
-        describes a near resonance of the two frequencies. At these times, the momentum and the
+        convergent in the continued-fraction expansion of the frequency ratio. Each row describes a
+        near resonance of the two frequencies on the torus. At the times found, the momentum and the
         vertical in the body frame are close to their initial values. The array has fewer than `n`
         rows if the ratio of the frequencies is rational, up to rounding errors.
 

@@ -56,8 +56,8 @@ class ExactEnsemble:
     the states are bitwise identical. Accessing the turning-point attributes raises ValueError if
     any of the motions has no turning points.
 
-    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. For all
-    other tops, these three attributes are NaN.
+    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
+    attributes frequencies, certificate and mismatch are NaN for all other tops.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -265,8 +265,7 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of all tops in an ensemble.
 
-    Raises ValueError if a scene has no closed form; the message states the index of the first such
-    scene.
+    Raises ValueError if a scene has no closed form.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)

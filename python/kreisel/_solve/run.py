@@ -90,7 +90,7 @@ class Run:
     stats  the cost of the run so far
 
     run.push, run.reset and run.change change the motion at the present time t. The time of the run
-    continues, but otherwise the motion starts anew from its present state.
+    continues, but the motion starts anew from its present state.
 
     - run.scene is the present state, and run.start_time its time. The energy and
       the error of a path refer to the scene that was valid during this path.
@@ -435,9 +435,9 @@ class Run:
 
 
 def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin) -> Motion:
-    """Create the core object of a run.
+    """Create the C object of a run.
 
-    Raises an exception if the core rejects the scene.
+    Raises an exception if the C library rejects the scene.
     """
     request = request_from_options(options)
     if request is not None:
@@ -496,9 +496,9 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return a run and the name of its Taylor kernel, given its checkpoint.
+    """Return a run and the instruction set that it used, given its checkpoint.
 
-    `line` is the JSON header of the checkpoint, and `memory` is the state of the core object.
+    `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
     """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps

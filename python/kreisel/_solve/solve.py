@@ -113,8 +113,8 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    The arguments apply to all tops of an ensemble. The result is a kreisel.Paths, whose arrays have
-    the shape of the ensemble in their first dimensions. The result for each top is bitwise
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
+    have the shape of the ensemble in their first dimensions. The result for each top is bitwise
     independent of the other tops, the threads and the executor. Solving a top alone gives identical
     results. However, rounding errors may differ for the methods taylor and exact, and 'auto' may
     select a different method. `t` can also be an array of shape (*shape, k), which contains
@@ -134,7 +134,7 @@ def solve(
 
     Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
     the states do not fit in memory. Raises kreisel.Error if the run fails, and kreisel.Interrupted
-    after Ctrl-C. The attribute `path` of these exceptions contains all valid states. For an
+    after Ctrl-C. The valid states are available as the attribute `path` of the exception. For an
     ensemble, failures of individual tops are recorded in paths.status. The method paths.check
     raises kreisel.Error for the first failed top.
     """
@@ -196,7 +196,7 @@ def _parse_tangents_events_geometric(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a scene, in several calls of the core if necessary."""
+    """Compute the motion of a scene, in several calls of the C library if necessary."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)

@@ -4,8 +4,8 @@ At time t, the error of a method of order p with step size h is about g w t (c h
 and the weight w are computed from the integrals of motion; the constants c were determined by
 measurement. The factor g is the growth of small perturbations, divided by their growth in a regular
 motion. For example, g is large near an unstable equilibrium. The error estimate yields an initial
-guess for the cheapest method and its step size. The step size is then reduced until the difference
-from a reference solution is sufficiently small.
+guess for the cheapest method and its step size. The step size is reduced until the difference from
+a reference solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ class StepSearch:
         """Return the options for computing the reference solution.
 
         The reference solution is a closed form if one exists and its rounding errors are far below
-        the tolerance. Otherwise, it is a Taylor series with more digits.
+        the tolerance. If there is no suitable closed form, the reference solution is a Taylor
+        series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
@@ -411,7 +412,8 @@ def _write_row(
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
     """Return the indices of the states at the given times, and their number.
 
-    Times after the end of the path are omitted. The path may also contain states at other times.
+    Times after the end of the path are omitted. The path may contain states at times that were not
+    requested.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

@@ -7,9 +7,9 @@ For each action, a loop is chosen along which one angle on the torus makes a ful
 is computed by the trapezoidal rule, which converges exponentially because the integrand is periodic
 and analytic.
 
-At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The reason
-is that the heading of the top is not a function of the two angles. However, the one-form does not
-depend on the heading if <m, e3> is zero. The components are therefore taken along m/|m|, e3 x m/|m|
+At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
+heading of a Goryachev-Chaplygin top is not a function of the two angles. However, the one-form does
+not depend on the heading if <m, e3> is zero. Vector components are taken along m/|m|, e3 x m/|m|
 and e3 instead of the space axes.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
@@ -34,8 +34,8 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
     """Compute the action of the loop along which the angle `angle` makes a full turn.
 
-    `states_at` computes one state for each pair of angles, which are measured in turns. `is_level`
-    is True if <m, e3> is zero and the heading is therefore arbitrary. Raises ValueError if the
+    `states_at` computes one state for each pair of angles, which are measured in turns. If
+    `is_level` is True, <m, e3> is zero and the heading is arbitrary. Raises ValueError if the
     trapezoidal rule does not converge.
     """
     n, last = _FEWEST, np.inf

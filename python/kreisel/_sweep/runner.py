@@ -1,4 +1,4 @@
-"""Computation of the parts of a sweep, in this process or by workers of an executor.
+"""Computation of the parts of a sweep, in the current process or by workers of an executor.
 
 Without an executor, the parts are computed one after another, each by several threads. With an
 executor, each worker computes one part at a time in a single thread, and writes its file.
@@ -51,7 +51,7 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process.
+        """Compute the parts in the current process.
 
         Each part is written to its file while the next part is computed.
         """

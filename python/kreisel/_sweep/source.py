@@ -352,7 +352,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    If there is no axis of this name, the parameter has a single value.
+    A parameter without an axis has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:

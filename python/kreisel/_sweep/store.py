@@ -6,8 +6,8 @@ version of kreisel, and has a correct checksum.
 
 The names of part files are reserved; do not use them for other files in the folder. Invalid files
 with the name of a part are replaced, and a warning is issued. Folders, and complete parts of a
-different plan, are never replaced, because they may be the results of long computations. Files with
-other names are left unchanged.
+different plan, are never replaced, because they may be the results of long computations. All other
+files in the folder are left unchanged.
 """
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ class SweepPlan:
     def ensemble(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the given indices.
 
-        If the indices are those of the validated sample, its ensemble is reused.
+        The ensemble on which the plan was validated is reused if it has the same indices.
         """
         if self.sample is not None:
             at, ensemble = self.sample

@@ -225,8 +225,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain the column's `units`. If a top has several values in a
-        column, these are stored as a list.
+        The metadata of each field contain the column's `units`. Several values of a top in one
+        column are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa

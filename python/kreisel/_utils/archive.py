@@ -1,7 +1,7 @@
 """Archives of named texts and arrays in a single file, which numpy.load can also read.
 
-An archive is a zip file of uncompressed .npy members. The declared sizes of the members therefore
-cannot exceed the file size. Reading an archive never executes code.
+An archive is a zip file of uncompressed .npy members. The declared sizes of the members cannot
+exceed the file size. Reading an archive never executes code.
 """
 
 from __future__ import annotations
