@@ -82,7 +82,7 @@ class PartRunner:
     def run_on(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        Parts that the executor loses are submitted again. Raises PartsLost if they are lost twice.
+        Lost parts are submitted a second time. Raises PartsLost if parts are lost again.
         """
         for _ in range(2):
             self._submit_all(executor)
