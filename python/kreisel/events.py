@@ -187,10 +187,10 @@ def loop(**more: Unpack[_More]) -> Event:
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find the points at which the apex comes to rest and reverses its direction.
 
-    A cusp is a highest or lowest point on the path of the apex at which the apex is nearly at rest.
-    At a cusp, the angular speed of the apex is less than `within` times that of the body. `within`
-    must be at least 1e-7, because rounding errors dominate for smaller values. The other arguments
-    are the same as for kreisel.events.extremum, but without `where`.
+    A cusp is a highest or lowest point of the apex trace at which the apex is nearly at rest. At a
+    cusp, the angular speed of the apex is less than `within` times that of the body. `within` must
+    be at least 1e-7, because rounding errors dominate for smaller values. The other arguments are
+    the same as for kreisel.events.extremum, but without `where`.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(

@@ -80,8 +80,8 @@ class Apex:
         by less than 1e-9, the motion is a steady precession and the period is NaN.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
-        raises ValueError if the path contains no complete nutation period, or if its states are
-        more than a quarter of a period apart.
+        raises ValueError if the path contains no complete nutation period, or fewer than four
+        states per period.
         """
         body = self.scene.body
         refuse_disturbances(

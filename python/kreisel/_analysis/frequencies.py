@@ -4,13 +4,12 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-For a regular motion, each of the functions z, u and h is a sum of spectral lines: terms a exp(i f
-t) with amplitude a and frequency f. Let v be the nutation frequency. The frequencies in h are
-integer multiples of v. The frequencies in z differ from the mean rate of precession_angle by
-integer multiples of v. The frequencies in u differ from the mean rate of spin_angle by integer
-multiples of v. The strongest line is located at the maximum of the Fourier transform of the
-windowed signal. After the strongest line has been subtracted, the next line is sought in the
-remainder.
+For a regular motion, z, u and h are sums of spectral lines a exp(i f t) with amplitude a and
+frequency f. The frequencies in h are integer multiples of the nutation frequency v. The frequencies
+in z differ from the mean rate of precession_angle by integer multiples of v. The frequencies in u
+differ from the mean rate of spin_angle by integer multiples of v. The strongest line is located at
+the maximum of the Fourier transform of the windowed signal. After the strongest line has been
+subtracted, the next line is sought in the remainder.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -118,12 +117,12 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    For a path computed with method='exact', the rates are derived from the closed form, even for a
-    motion on an invariant torus. Two spectral lines are resolved if their phase difference changes
-    by more than 23 turns over the path. The path should span many nutation periods, with more than
-    two states per turn of the fastest angle. For a regular motion, each rate is as accurate as the
-    path. Additional states are computed where the body axis comes close to the vertical (without
-    torque, to the angular momentum).
+    If the path was computed with method='exact', the rates are derived from the closed form. Two
+    spectral lines are resolved if their phase difference changes by more than 23 turns over the
+    path. The path should span many nutation periods, with more than two states per turn of the
+    fastest angle. For a regular motion, each rate is as accurate as the path. Additional states are
+    computed where the body axis comes close to the vertical (without torque, to the angular
+    momentum).
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the

@@ -188,7 +188,7 @@ def rod(path: Path) -> Rod:
 
 
 def _choose_rod_axes(body: Body) -> Array:
-    """Return the axes N, B and T of the rod as rows, in components along the principal axes.
+    """Return the two cross-section axes and the tangent of the rod in principal-axis components.
 
     Raises ValueError if the centre of mass lies on no principal axis.
     """

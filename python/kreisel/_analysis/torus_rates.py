@@ -105,7 +105,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
-    """Find the grid cells around which z has a nonzero winding number."""
+    """Find the grid cells around which a complex function has a nonzero winding number."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -114,13 +114,13 @@ def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
 
 
 def _phase_steps(z: Waves, axis: int) -> Array:
-    """Return the phase differences of z between adjacent grid points along one axis."""
+    """Return the phase differences between adjacent points of a complex grid along one axis."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Find the zero of z near the centre of a grid cell [turns], or return NaN."""
+    """Find the zero near the centre of a grid cell by Newton's method [turns]."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
@@ -140,9 +140,9 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers of z along loops in the first and in the second angle.
+    """Return the mean winding numbers along loops in the first and in the second angle.
 
-    `since` contains the positions of the zeros of z relative to the first grid point [turns].
+    `since` contains the positions of the zeros relative to the first grid point [turns].
     """
     first = round(float(_phase_steps(z, 0)[:, 0].sum()) / math.tau)
     second = round(float(_phase_steps(z, 1)[0].sum()) / math.tau)

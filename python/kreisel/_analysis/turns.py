@@ -5,8 +5,7 @@ perpendicular to a fixed direction. A pole is a position of the axis with z = 0,
 antiparallel to the fixed direction. Between two states, z moves along an arc in the complex plane.
 An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
 distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
-lie between the arc and the chord, the arc is bisected by computing the state at the midpoint in
-time.
+lie between arc and chord, the arc is bisected at its midpoint in time.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*columns)
 
     def halve_arcs(self, z: Waves, rate: Waves) -> _Arcs:
-        """Split each arc in two, given z and its derivative at the midpoint in time."""
+        """Split each arc in two at its midpoint in time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -105,7 +104,7 @@ class _ArcAngles(NamedTuple):
 def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
     """Compute the motion of the body axis `along` about the direction `up`.
 
-    The complex number z is real if the axis lies in the plane of `up` and `east`.
+    The projection is real if the axis lies in the plane of `up` and `east`.
     """
     axis, velocity = along @ path.frame, path.velocity
     return AxisMotion(
@@ -151,9 +150,8 @@ def count_turns(
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    Return the angle that each pair of states subtends at 0, a flag, and their distance. The flag is
-    1 if 0 lies between the two states. The distance is inf if the sense of rotation about 0 is
-    uncertain.
+    Return the angle, a flag and the distance for each pair of states. The flag is 1 if 0 lies
+    between the two states. The distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -251,7 +249,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 
 def _angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the angular velocity of z about 0, or 0 if z is nearly zero."""
+    """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -260,10 +258,10 @@ def _angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its time derivative for each column of `times`.
+    """Compute the projected axis and its time derivative for each column of `times`.
 
-    Row i of `times` contains times relative to the state with the index `parent[i]`. Where the
-    integration fails, z is NaN.
+    Row i of `times` contains times relative to the state with the index `parent[i]`. The projection
+    is NaN where the integration fails.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)

@@ -190,7 +190,7 @@ def _run_and_write_outputs(
 def _solve_whole(
     scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path at once, because the trial runs of method='geometric' need all times."""
+    """Yield the whole path at once, because method='geometric' cannot be used for a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,

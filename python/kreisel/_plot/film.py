@@ -199,8 +199,7 @@ def make_film(
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate all states about the vertical so that the body leans to the side in the picture.
 
-    In the first state in which the body is clearly tilted, the apex points to the right and
-    slightly towards the viewer.
+    In the first clearly tilted state, the apex points to the right and slightly towards the viewer.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))

@@ -86,8 +86,8 @@ class Exact(_ClosedForm):
                 spin_angle; the precession is not included [T^-1]
 
     For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
-    the nutation refers to the principal axis about which the angular momentum precesses in the body
-    frame. The axis is directed at an acute angle to the angular momentum. The nutation of a free
+    the nutation refers to the principal axis about which the momentum precesses in the body frame.
+    The axis is directed at an acute angle to the angular momentum. The nutation of a free
     asymmetric body has half the period of body_velocity. The period of body_velocity is denoted by
     T in Landau and Lifshitz, Mechanics, section 37.
 

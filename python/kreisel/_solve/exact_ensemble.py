@@ -105,11 +105,11 @@ class ExactEnsemble:
         return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_states(self, t: Array) -> Array:
-        """Return the states, as an array (n, k, 8), at times of shape (k,) or (n, k).
+        """Return the states at the given times, as an array of shape (n, k, 8).
 
-        For monotonic, nonzero times of one sign, the states are computed by a run, which is faster.
-        At time 0, a run returns the initial state itself instead of the closed form. Closed forms
-        on a torus are evaluated directly, because a run has slightly different rounding errors.
+        A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
+        a run returns the initial state itself instead of the closed form. Closed forms on a torus
+        are evaluated directly, because a run has slightly different rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()

@@ -106,8 +106,8 @@ class Run:
 
     - With 20 or 30 digits, the low words of the present state are kept.
 
-    The method of a run cannot be changed. If an argument is invalid, or if the method does not
-    apply after the change, an exception is raised and the run is unchanged.
+    The method of a run cannot be changed. If an argument is invalid, an exception is raised and the
+    run is unchanged.
     """
 
     scene: Scene

@@ -1,11 +1,14 @@
 """Search by method='geometric' for the cheapest method and step that meet an error tolerance.
 
-At time t, the error of a method of order p with step size h is about g w t (c h r)^p. The rate r
-and the weight w are computed from the integrals of motion; the constants c were determined by
-measurement. The factor g is the growth of small perturbations, divided by their growth in a regular
-motion. For example, g is large near an unstable equilibrium. The error estimate yields an initial
-guess for the cheapest method and its step size. The step size is reduced until the difference from
-a reference solution is sufficiently small.
+At time t, the error of a method of order p with step size h is approximately
+
+    g w t (c h r)^p,
+
+where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
+method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
+constants c were determined by measurement. The growth g is large near an unstable equilibrium. The
+error estimate yields an initial guess for the cheapest method and its step size. The step size is
+reduced until the difference from a reference solution is sufficiently small.
 """
 
 from __future__ import annotations

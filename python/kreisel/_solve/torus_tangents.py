@@ -159,9 +159,9 @@ def _gravity_change(one: Scene, other: Scene) -> Array:
 def _rotation_between(one: Array, other: Array) -> Array:
     """Return the small rotation in the body frame between two attitudes, one per row.
 
-    The result is twice the vector part of the quaternion product of conjugate(one) and other. For
-    small rotations, the result is approximately the rotation vector. The difference of the
-    quaternions is used because it is exact for nearby quaternions.
+    The result is twice the vector part of the quotient of the two quaternions. For small rotations,
+    the result is approximately the rotation vector. The difference of the quaternions is used
+    because it is exact for nearby quaternions.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one

@@ -178,8 +178,8 @@ def _list_varied(source: Source) -> list[str | list[Any]]:
 def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
     """Return the plan for a sweep, after validating it on a sample of the tops.
 
-    Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
-    not fit in memory.
+    Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
+    does not fit in memory.
     """
     sample = source._validation_indices()
     try:

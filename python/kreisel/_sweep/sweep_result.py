@@ -328,7 +328,7 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
     The files can also be read by other programs, such as DuckDB: SELECT spin, nutation_max FROM
-    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if it is not
-    the folder of a sweep, and ImportError if pyarrow is not installed.
+    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, and ValueError if it is
+    not the folder of a sweep. Raises ImportError if pyarrow is not installed.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))
