@@ -2,10 +2,10 @@
 
 Let z = sin(nutation) exp(i precession_angle) be the projection of a body axis onto the plane
 perpendicular to a fixed direction. A pole is a position of the axis with z = 0, parallel or
-antiparallel to the fixed direction. Between two states, z moves along an arc in the complex plane.
-An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
-distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
-lie between arc and chord, the arc is bisected at its midpoint in time.
+antiparallel to the fixed direction. Between two states, the projection z moves along an arc in the
+complex plane. An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and
+the chord. The distance between an arc and its chord is bounded using the velocities at both
+endpoints. If 0 may lie between arc and chord, the arc is bisected at its midpoint in time.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class _ArcAngles(NamedTuple):
 def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
     """Compute the motion of the body axis `along` about the direction `up`.
 
-    The projection is real if the axis lies in the plane of `up` and `east`.
+    The projection is a real number if the axis lies in the plane of `up` and `east`.
     """
     axis, velocity = along @ path.frame, path.velocity
     return AxisMotion(
@@ -166,7 +166,7 @@ def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indic
 
 
 def _distance_to_line(z: Waves, rate: Waves) -> Array:
-    """Return the distance between the origin and the line through z in the direction of `rate`."""
+    """Return the distance between 0 and a line in the complex plane."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)

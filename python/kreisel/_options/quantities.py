@@ -45,7 +45,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity for the digits of `name` beyond double precision."""
+    """Return the quantity that contains the digits of `name` beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"

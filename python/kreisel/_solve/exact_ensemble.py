@@ -52,9 +52,9 @@ class ExactEnsemble:
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. The values agree with those of kreisel.exact for single scenes, and
-    the states are bitwise identical. Accessing the turning-point attributes raises ValueError if
-    any of the motions has no turning points.
+    computed on first access. All attributes agree with those of kreisel.exact for single scenes,
+    and the states are bitwise identical. Accessing the turning-point attributes raises ValueError
+    if any of the motions has no turning points.
 
     frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
     attributes frequencies, certificate and mismatch are NaN for all other tops.

@@ -99,8 +99,8 @@ class Run:
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
       terminal event can be continued. The run continues to search for the same events. An event at
-      the present time is not reported again. A sign change that is caused by the change itself does
-      not count as an event.
+      the present time is not reported again. A jump of the event function at the time of the change
+      is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 
