@@ -90,8 +90,8 @@ class View:
     def open(self) -> File:
         """Open the viewer in a browser, and return the file that contains the viewer.
 
-        The file is overwritten by the next viewer of a scene with the same name. Issues a warning
-        if no browser was found.
+        The next viewer of a scene with the same name overwrites the file. Issues a warning if no
+        browser was found.
         """
         file, shown = open_viewer(self)
         if not shown:
@@ -105,7 +105,7 @@ class View:
 
 
 def open_viewer(page: View) -> tuple[File, bool]:
-    """Write the viewer to a file and open it; return the file, and whether a browser was found."""
+    """Write the viewer to a file, and open it in a browser if one is found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
@@ -138,10 +138,10 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in an interactive viewer, or a path beside the motion computed by the viewer.
+    """Show a scene or a path in an interactive viewer.
 
-    In a notebook, the viewer is displayed as the result of the cell; otherwise it opens in a
-    browser.
+    In a notebook, the viewer appears in the output of the cell. Outside notebooks, the viewer is
+    opened in a browser.
 
     methods  one to three methods that the viewer starts with; by default, taylor for bodies with
              rotors and for tops with damping, friction or turning supports, bobenko_suris for

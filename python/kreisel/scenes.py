@@ -1,8 +1,9 @@
-"""Named scenes; the mapping `about` contains a description of each scene.
+"""A collection of named scenes, which are described by the mapping `about`.
 
-The report uses the scenes from `thesis` to `strong_gravity`. They are given in principal axes with
-mass and gravity 1, so that com equals the lever mass * gravity * com. The numbers in these scenes
-are bitwise identical to those in validation/references/problems.json.
+The report on the accuracy of the methods uses the scenes from `thesis` to `strong_gravity`. They
+are given in principal axes with mass and gravity 1, so that com equals the lever mass * gravity *
+com. The numbers in these scenes are bitwise identical to those in
+validation/references/problems.json.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def get_scene(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """Return the name of the scene in this module that equals `scene`, or '' if none does."""
+    """Return the name of a scene in this module, or '' for any other scene."""
     return next((name for name in about if get_scene(name) == scene), "")
 
 

@@ -65,23 +65,23 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The angle is undefined where the trace passes through the vertical. Beyond such a point, the
-        angle is known only up to multiples of 2 pi.
+        The azimuth is undefined where the trace passes through the vertical. After each passage
+        through the vertical, the azimuth is known only up to multiples of 2 pi.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
-        The averages extend from the first to the last minimum of the apex height. The function
-        kreisel.exact computes the same values directly from a scene. Turning points between states
-        are found by cubic interpolation. With 50 states per nutation period, the averages are
-        accurate to four digits; with 400, to seven. If the height varies by less than 1e-9, the
-        motion is a steady precession and the period is NaN.
+        The averages are taken from the first to the last minimum of the apex height. The function
+        kreisel.exact computes the same values directly from a scene. The minima and maxima of the
+        height are found by cubic interpolation between the states. The averages are accurate to
+        four digits with 50 states per nutation period, and to seven with 400. If the height varies
+        by less than 1e-9, the motion is a steady precession and the period is NaN.
 
-        Raises ValueError for a moving support, and for a body other than a Lagrange top, whose
-        nutation is generally not periodic. Also raises ValueError if the path contains no complete
-        nutation period, or if its states are more than a quarter of a period apart.
+        Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
+        raises ValueError if the path contains no complete nutation period, or fewer than four
+        states per period.
         """
         body = self.scene.body
         refuse_disturbances(
@@ -142,18 +142,16 @@ class Apex:
         return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
 
     def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
-
-        If the path has fewer than four states, all states are returned.
-        """
+        """Return four times around t[i], and the values at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
     def _nutation_at(self, t: float) -> float:
         """Return the nutation angle at a time between two states, by interpolation.
 
-        The angle is computed from the interpolated height and squared distance of the apex from the
-        vertical. Both functions are smooth, so the result is accurate even near the vertical.
+        The angle is computed from the height of the apex and its squared distance from the
+        vertical. Both the height and the squared distance are smooth functions, so the result is
+        accurate even near the vertical.
         """
         square = self._interpolate_between_states(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(
@@ -169,8 +167,8 @@ class Apex:
 def apex(path: Path) -> Apex:
     """Return the curve traced on the unit sphere by the direction of the centre of mass.
 
-    If the centre of mass coincides with the fixed point, the trace of the principal axis T is
-    returned.
+    If the centre of mass coincides with the fixed point, return the trace of the third principal
+    axis.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
@@ -186,7 +184,7 @@ def _interpolate_polynomial(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Return the root at which the polynomial through the points (t, values) is increasing."""
+    """Return the point at which an interpolating polynomial changes from negative to positive."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -56,7 +56,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows in the order of the methods and, within each method, of its step sizes or tolerances."""
+    """A table with one row for each step size or tolerance of each method."""
 
     rows: tuple[Row, ...]
 
@@ -118,7 +118,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A run of one method at one step size or tolerance: its path, run times and any failure."""
+    """A repeated run of one method at one step size or tolerance."""
 
     scene: Scene
     t: Numbers
@@ -190,8 +190,8 @@ def compare(
         [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
 
     Raises the same exceptions as kreisel.solve for invalid arguments, before any run starts. If a
-    run fails later, the field `failure` of its row describes the failure. Ctrl-C raises
-    kreisel.CompareInterrupted, whose attribute `table` contains the rows completed so far.
+    run fails, the reason is stored in the field `failure` of the table row. Ctrl-C raises
+    kreisel.CompareInterrupted, whose attribute `table` contains the completed runs.
     """
     check_type("scene", scene, Scene)
     by_step, by_tol = _parse_settings("steps", steps), _parse_settings("tols", tols)
@@ -213,7 +213,7 @@ def compare(
 
 
 def _make_table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the table of all completed runs, or an empty table if `truth` is None."""
+    """Return a table of all completed runs, or an empty table if there is no reference solution."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]

@@ -19,10 +19,9 @@ if TYPE_CHECKING:
 def compute_difference(a: Path, b: Path) -> AngleDifference:
     """Return the angle between the attitudes along two paths at common times.
 
-    If a path does not store its attitude, the angle between the two apexes is returned. Paths with
-    different times are compared where their time intervals overlap, at the times of the path with
-    more states there. The other path is recomputed at these times. If this other path is the
-    closed-form solution of a map, which is defined only at whole steps, the roles are exchanged.
+    If a path does not store its attitude, the angle between the two apexes is returned. If the
+    paths have different times, they are compared in the time interval that both cover. One of the
+    paths is recomputed at the times of the other.
     """
     from .._plot.charts import AngleDifference
 
@@ -55,6 +54,6 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _attitudes_and_low_words(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes of a path and their low-order words, or zeros if the path has none."""
+    """Return the attitudes along a path, and their digits beyond double precision."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

@@ -4,12 +4,12 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-For a regular motion, each of these signals is a sum of spectral lines: terms a exp(i f t) with
-amplitude a and frequency f. Let v be the nutation frequency. The frequencies of h are the integer
-multiples of v. The frequencies of z are the mean rate of precession_angle plus integer multiples of
-v. The frequencies of u are the mean rate of spin_angle plus integer multiples of v. The strongest
-line is located at the maximum of the Fourier transform of the windowed signal. This line is
-subtracted, and the next line is sought in the remainder.
+For a regular motion, z, u and h are sums of spectral lines a exp(i f t) with amplitude a and
+frequency f. The frequencies in h are integer multiples of the nutation frequency v. The frequencies
+in z differ from the mean rate of precession_angle by integer multiples of v. The frequencies in u
+differ from the mean rate of spin_angle by integer multiples of v. The strongest line is located at
+the maximum of the Fourier transform of the windowed signal. After the strongest line has been
+subtracted, the next line is sought in the remainder.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -91,9 +91,9 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        Each line is marked by a dot at its amplitude. The number above a line is its distance from
-        the precession frequency in multiples of the nutation frequency. The line at the precession
-        frequency is dashed.
+        A dot marks the amplitude of each spectral line. Each line is labelled with its offset from
+        the precession frequency, divided by the nutation frequency. A dashed line marks the
+        precession frequency.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -117,18 +117,16 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    For a path computed with method='exact', the rates are derived from the closed form, even for a
-    motion on an invariant torus. If the axis of a top on a torus can approach a pole, its
-    precession rate need not be an integer combination of ExactTorus.frequencies. With other
-    methods, two lines are resolved if their phase difference changes by more than 23 turns over the
+    If the path was computed with method='exact', the rates are derived from the closed form. Two
+    spectral lines are resolved if their phase difference changes by more than 23 turns over the
     path. The path should span many nutation periods, with more than two states per turn of the
-    fastest angle. For a regular motion, each rate is as accurate as the path. If the axis passes
-    near a pole (the reference direction or its opposite), additional states are computed until its
-    turns can be counted.
+    fastest angle. For a regular motion, each rate is as accurate as the path. Additional states are
+    computed where the body axis comes close to the vertical (without torque, to the angular
+    momentum).
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
-    rates describe the body axis that circulates about the angular momentum, as in kreisel.exact. If
-    the support turns about e3, the precession rate and the lines are measured relative to the
+    rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
+    support turns about e3, the precession rate and the spectral lines are measured relative to the
     support.
 
         >>> import kreisel as kr
@@ -141,8 +139,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
     Raises TypeError if `path` is not a Path object. Raises ValueError if there are fewer than 64
     states, or if the times are not evenly spaced. Raises ValueError for damping, friction, or a
-    support that shakes or turns about an axis other than e3. The support of a torque-free body must
-    not turn, and its rotor must be aligned with its axis of symmetry.
+    support that shakes or turns about an axis other than e3. For a torque-free body, the support
+    must not turn, and the rotor must be aligned with the axis of symmetry.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -172,7 +170,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 
 
 def _refuse_support(scene: Scene) -> None:
-    """Raise ValueError for friction, or for a support motion that makes the rates vary."""
+    """Raise ValueError for friction, or for a support whose motion makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
     refuse_disturbances(
@@ -195,7 +193,7 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the precession, nutation and spin rates from the closed form, or None."""
+    """Return the precession, nutation and spin rates of a closed-form solution, if they exist."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
@@ -226,12 +224,12 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, the array of its increments between states.
+    """Compute the mean rate of an angle from its increments `turned` between successive states.
 
-    The frequency of the strongest line in `signal` differs from the mean rate by an integer
-    multiple of `part`. Subtracting this multiple gives a more accurate rate than the mean of
-    `turned`; this rate is returned if the multiple is certain. Otherwise, the mean is returned if
-    the angle varies smoothly, and NaN if it does not.
+    The mean rate differs from the frequency of the strongest line in `signal` by an integer
+    multiple of `part`. If the multiple is known with certainty, the mean rate is computed from the
+    frequency of the line. Otherwise, the mean of the increments is returned if the angle varies
+    smoothly.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
@@ -244,9 +242,9 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 
 
 def _aliasing_error_bound(rate: Array) -> float:
-    """Return an upper bound on the aliasing error in the mean of `rate`.
+    """Return an upper bound on the aliasing error of the average of a sampled rate.
 
-    The bound is the largest spectral amplitude in the upper half of the resolved frequency range.
+    The bound is the largest amplitude in the upper half of the frequency spectrum.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
@@ -264,9 +262,9 @@ def _refuse_free_rotor(path: Path) -> None:
 
 
 def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
-    """Return the direction in space and the body axis to which the rates refer.
+    """Return the reference direction in space, and the body axis that moves about this direction.
 
-    The axis is given by its components along the principal axes.
+    The body axis is given by its components along the principal axes.
     """
     com = np.array(path.scene.body.principal_com)
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
@@ -304,7 +302,7 @@ def _kaiser_window(n: int) -> Array:
 
 
 def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return the frequencies and amplitudes of the strongest lines, and the relative residual."""
+    """Return the frequencies, amplitudes and relative residual of the strongest spectral lines."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

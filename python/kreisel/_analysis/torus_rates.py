@@ -1,16 +1,17 @@
 """Mean rates of a top that moves on an invariant torus, computed from its closed-form solution.
 
-Let chi1 and chi2 be the angle coordinates on the torus, which grow at the rates w1 and w2. Let z be
-the projection of the axis onto the horizontal plane. Apart from a rotation about the vertical,
-whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean rate
+Let chi1 and chi2 be the angle coordinates on the torus, and w1 and w2 their rates of change. Let z
+be the projection of a body axis onto the horizontal plane. Apart from a rotation about the
+vertical, whose mean rate is known, z is a function of chi1 and chi2. Its argument grows at the mean
+rate
 
     w1 n1 + w2 n2,
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
-likewise. If z has no zeros on the torus, n1 and n2 are integers. At a zero of z, the axis is
-vertical. The winding number of z along a loop changes by one when the loop is moved across a zero.
-If z has zeros, n1 and n2 depend on the positions of the zeros. In this case, the mean rate need not
-be an integer combination of the frequencies.
+likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The axis
+is vertical where z is zero. The winding number of z along a loop changes by one when the loop is
+moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the positions
+of the zeros. With zeros, the mean rate is generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -35,7 +36,7 @@ _SETTLED = 1e-13  # size of the last Newton step [turns]
 
 
 class TorusRates(NamedTuple):
-    """Mean rates of precession and spin, and the frequency of the strongest line of the height."""
+    """Mean rates of precession and spin, and the nutation frequency."""
 
     precession: float
     nutation: float
@@ -43,7 +44,7 @@ class TorusRates(NamedTuple):
 
 
 class _Signals(NamedTuple):
-    """The direction of the body axis at given angles on the torus.
+    """The direction of a body axis, as a function of the two angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
     about   sin(nutation) exp(i spin_angle)
@@ -56,9 +57,9 @@ class _Signals(NamedTuple):
 
 
 def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
-    """Compute the mean rates of the axis through the centre of mass.
+    """Compute the mean precession and spin rates and the nutation frequency.
 
-    Returns None if the motion is too close to a separatrix to separate the zeros of z.
+    Returns None if the motion is too close to a separatrix.
     """
     rates, known = np.array(form.frequencies), -1
     for n in _GRIDS:
@@ -85,7 +86,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
 
 
 def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
-    """Compute the signals for angle pairs [turns], given as an array of shape (..., 2)."""
+    """Compute the direction of the body axis at given pairs of torus angles [turns]."""
     states = form._states_at(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)
@@ -104,7 +105,7 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
-    """Return the grid cells around which z has a nonzero winding number, and these numbers."""
+    """Find the grid cells around which a complex function has a nonzero winding number."""
     one, two = _phase_steps(z, 0), _phase_steps(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
@@ -113,13 +114,13 @@ def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
 
 
 def _phase_steps(z: Waves, axis: int) -> Array:
-    """Return the phase differences of z between adjacent grid points."""
+    """Return the phase differences between adjacent points of a complex grid along one axis."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Return the zero of z near the centre of a cell [turns], or NaN if Newton's method fails."""
+    """Find the zero near the centre of a grid cell by Newton's method [turns]."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
@@ -139,7 +140,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers of z along the loops of the first and the second angle.
+    """Return the mean winding numbers along loops in the first and in the second angle.
 
     `since` contains the positions of the zeros relative to the first grid point [turns].
     """

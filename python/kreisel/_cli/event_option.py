@@ -44,13 +44,12 @@ def _parse_event(scene: Scene, word: str) -> Event:
 
 
 def _positional_names(maker: Callable[..., Event]) -> list[str]:
-    """Return the names of the arguments of `maker` that can be passed by position."""
+    """Return the names of the positional arguments of a function."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an event argument, whose type is determined by its name `key`."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")

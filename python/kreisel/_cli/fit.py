@@ -40,7 +40,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
 
 
 def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
-    """Return one standard deviation, a dict of one for each quantity, or None."""
+    """Return a single standard deviation, or one for each quantity."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])
@@ -115,7 +115,7 @@ def fit(
     """Estimate a body and its initial state from the CSV file RECORD, starting from SCENE.
 
     If the motion of SCENE disagrees with the record, the initial guess is computed from the record.
-    If interrupted, print the best fit found so far.
+    If the fit is interrupted, the best fit found so far is printed.
     """
     places = [("fit --save", save), ("--csv", csv_file), ("fit --plot", plot)]
     check_outputs(places, (record,))
@@ -155,7 +155,7 @@ def _read_record(
 
 
 def _write_results(found: Fit, save: str | None, csv_file: str | None, plot: str | None) -> None:
-    """Print the summary, unless another output is standard output, and write the files."""
+    """Write the output files, and print a summary unless a file is written to standard output."""
     if "-" not in (save, csv_file):
         click.echo(str(found))
     if save is not None:

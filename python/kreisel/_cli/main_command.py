@@ -1,4 +1,4 @@
-"""The command `kreisel`, which reports each failure as one line of text and an exit code."""
+"""The command `kreisel`, which reports errors as a single line of text."""
 
 from __future__ import annotations
 
@@ -25,8 +25,6 @@ Exit codes
 
 
 class _MainGroup(click.Group):
-    """The command group that contains all commands."""
-
     def make_context(
         self,
         info_name: str | None,
@@ -97,7 +95,7 @@ def _one_line_warnings() -> Iterator[None]:
 def drop_unwritable_stdout() -> None:
     """Redirect standard output to the null device if its buffer cannot be flushed.
 
-    Without the redirection, the interpreter would fail again on exit.
+    Without this redirection, the interpreter would report the same error again on exit.
     """
     try:
         sys.stdout.flush()

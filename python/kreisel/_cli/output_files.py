@@ -1,4 +1,4 @@
-"""Validation of a command's output files before any computation starts."""
+"""Validation of the output files of a command."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class OutputFile(NamedTuple):
 
     @property
     def is_stdout(self) -> bool:
-        """True if the output goes to standard output."""
+        """True if the output is written to standard output."""
         return self.file == "-"
 
 
@@ -49,9 +49,8 @@ def check_outputs(
 ) -> list[OutputFile]:
     """Validate the requested output files and return them.
 
-    `places` contains pairs (option, file); the file is None if the option was not given. Raises
-    UsageError if a file cannot be written, if two outputs share a file, or if an output is also an
-    input file in `read`.
+    `places` lists each option with its file name, which is None if the option was not given. Raises
+    UsageError if a file cannot be written, or if the same file is used twice.
     """
     asked = [
         _append_extension(OutputFile(option, file)) for option, file in places if file is not None
@@ -68,9 +67,9 @@ def check_outputs(
 
 
 def _append_extension(place: OutputFile) -> OutputFile:
-    """Return `place`, appending the extension .npz if the name of an archive lacks it.
+    """Add the extension .npz to the file name of an archive if it is missing.
 
-    Raises UsageError if the file has the extension of another format.
+    Raises UsageError if the file name has the extension of a different format.
     """
     _check_extension(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")

@@ -39,8 +39,6 @@ _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much
 
 
 class _SolveArguments(OutputOptions):
-    """Options of `kreisel solve`: the arguments of kreisel.solve, and the output options."""
-
     method: str
     step: float | None
     tol: float | None
@@ -53,8 +51,6 @@ class _SolveArguments(OutputOptions):
 
 
 class _ResumeArguments(OutputOptions):
-    """Options of `kreisel resume`, including the output options."""
-
     every: int | None
     max_steps: int | None
 
@@ -116,7 +112,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
     """Compute the motion of a scene.
 
     If the run fails or is interrupted, the output files contain all states up to the last valid
-    one. Only --json and --npz keep all states in memory.
+    one. Memory use is constant unless --json or --npz is given.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
@@ -159,8 +155,8 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
 def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
     """Continue a saved RUN; the results are bitwise identical to those of an uninterrupted run.
 
-    RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
-    same as for the whole run. --save can overwrite the file RUN.
+    RUN is a file written by --save. Times up to the saved state are ignored, so --t can be the same
+    as for the whole run. --save can overwrite the file RUN.
     """
     stops = SignalHandler(t.end)
     with translate_errors(_OPTIONS):
@@ -175,7 +171,7 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) ->
 def _run_and_write_outputs(
     pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
 ) -> None:
-    """Compute all chunks of a path, and write the outputs."""
+    """Compute a path, and write it to the outputs."""
     with stops.defer_signals():
         try:
             with stops.show_progress():
@@ -194,7 +190,7 @@ def _run_and_write_outputs(
 def _solve_whole(
     scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path as one chunk: method='geometric' needs trial runs of the whole path."""
+    """Yield the whole path at once, because method='geometric' cannot be used for a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -214,7 +210,7 @@ def _solve_whole(
 def _iterate_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Return an iterator over the chunks of a run's path, without the times already passed."""
+    """Return an iterator over the parts of a path, starting at the current time of the run."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.select_later_times(run.t)
     if not rest.grids:
@@ -234,9 +230,9 @@ def _iterate_pieces(
 
 
 def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
-    """Return the grid times that a run has not yet passed.
+    """Return those times of a grid that are later than the current time of the run.
 
-    Raises MemoryError if the states at these times would not fit in memory.
+    Raises MemoryError if the states would not fit in memory.
     """
     whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]

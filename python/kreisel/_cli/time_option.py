@@ -21,7 +21,7 @@ _COUNTABLE = 2.0**53
 class Grid:
     """The times first + k * step for 0 <= k < count.
 
-    Each time is computed by a single multiplication, so rounding errors do not accumulate.
+    Each time is computed directly from its index, so rounding errors do not accumulate.
     """
 
     first: float
@@ -32,17 +32,14 @@ class Grid:
         return self.first + k * self.step
 
     def select_later_times(self, t: float) -> Grid:
-        """Return the times of the grid with |time| > |t|."""
+        """Return the part of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return Grid(self[k], self.step, self.count - k) if k else self
 
 
 @dataclass(frozen=True)
 class Times:
-    """A sequence of grids whose times all have the same sign and increase in magnitude.
-
-    A single number is stored as a grid with one time.
-    """
+    """Requested times, given as one or more grids."""
 
     grids: tuple[Grid, ...]
     one: bool  # True if the user gave a single number, the time to reach
@@ -63,11 +60,11 @@ class Times:
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def to_solve_argument(self) -> float | Array:
-        """Return the times as the argument t of kreisel.solve."""
+        """Return the times in the form that kreisel.solve accepts."""
         return self.end if self.one else self.to_array()
 
     def select_later_times(self, t: float) -> Times:
-        """Return the times with |time| > |t|."""
+        """Return the requested times with |time| > |t|."""
         left = (grid.select_later_times(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
@@ -96,7 +93,7 @@ def _parse_grid(word: str) -> Grid:
 
 
 def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
-    """Return the grid from start to end, including the end if a whole number of steps fits."""
+    """Return the grid of times from start to end."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"{word!r} cannot go from {start:g} to {end:g} with this step")

@@ -1,4 +1,4 @@
-"""Quantities of a path: the core's table, the times, and low-order words for 20 or 30 digits."""
+"""Quantities that can be recorded along a path."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity for the low-order words of `name`, the digits beyond double precision."""
+    """Return the quantity that contains the digits of `name` beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
@@ -61,7 +61,7 @@ ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians"
 
 
 def derivative_shape(name: str) -> tuple[int, ...]:
-    """Return the shape of a derivative of a quantity; the derivative of q is a rotation vector."""
+    """Return the shape of the derivative of a quantity."""
     return (3,) if name == "q" else QUANTITIES[name].shape
 
 
@@ -73,5 +73,5 @@ def check_quantity(name: object) -> str:
 
 
 def count_components(name: str) -> int:
-    """Return the number of components of a quantity or of time."""
+    """Return the number of components of a quantity."""
     return (TIME if name == "t" else RECORDABLE[name]).doubles

@@ -1,4 +1,4 @@
-"""Requested times: their validation, and the times of a grid as one array or in chunks."""
+"""Validation of the requested times, and generation of equally spaced times."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TIMES_FORM = "a number or a list of times"
 def time_array(
     t: object, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return the times specified by `t`: a list of times, or an end time as in `time_grid`.
+    """Return the requested times, given either as a list or as a final time.
 
-    `size` is the number of bytes per state. Raises MemoryError if the states would not fit into
-    memory.
+    `size` is the number of bytes required for each state. Raises MemoryError if the states would
+    not fit into memory.
     """
     times = parse_time_list(t)
     if times.ndim == 0:
@@ -46,14 +46,14 @@ def parse_time_list(t: object) -> Array:
 def time_grid(
     end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return `begin` and `end` or, if `every` is given, the time of every `every`-th step."""
+    """Return the times of every `every`-th step or, if `every` is None, only `begin` and `end`."""
     if step is None or every is None:
         return np.array([begin, end])
     return _make_grid(end, step, every, size + 8, begin)
 
 
 def check_times(times: Array, every: int | None) -> None:
-    """Raise ValueError if a list of times is not monotonic, or if `every` is given too."""
+    """Raise ValueError if a list of times is not monotonic, or if `every` is given as well."""
     if every is not None:
         raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
@@ -62,7 +62,7 @@ def check_times(times: Array, every: int | None) -> None:
 def check_monotonic(times: Array, last: float, back: bool) -> None:
     """Raise ValueError unless the times start at or after `last` and do not decrease.
 
-    If `back` is True, the times must start at or before `last` and must not increase.
+    If `back` is True, the times must not increase.
     """
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
@@ -84,10 +84,10 @@ def time_chunks(
     after: float | None,
     begin: float = 0.0,
 ) -> Iterator[Array]:
-    """Return the times specified by `t`, in chunks of `size` times.
+    """Return the requested times in chunks of `size` times each.
 
     `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
-    and only times beyond `after` are returned.
+    and times up to `after` are omitted.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -107,7 +107,7 @@ def time_chunks(
 def start_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return a flag that is True if the times are negative, and the times as in `time_chunks`."""
+    """Return the direction of time as a flag (True if backwards), and the times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -120,10 +120,10 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag that is True if the times are negative, and `t` itself.
+    """Return the direction of time as a flag (True if backwards), and the times.
 
-    An iterator `t` is read up to its first nonzero time. The returned iterator still yields all
-    times.
+    An iterator is read up to its first nonzero time. The returned iterator also includes the times
+    that have been read.
     """
     if isinstance(t, Iterator):
         begun, back = [], False
@@ -159,7 +159,7 @@ def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
 
 
 def _grid_times(steps: R, step: float, begin: float) -> R:
-    """Return the times of the steps numbered `steps` on a grid that starts at `begin`."""
+    """Return the times of the given steps of an equally spaced grid."""
     times = steps * step
     return times + begin if begin else times
 

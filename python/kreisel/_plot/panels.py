@@ -38,7 +38,7 @@ def apply_style(chart: Axes) -> None:
 def unit_label(name: str, dimension: str, time_unit: str) -> str:
     """Return the label of an axis: a name and, if there is one, a dimension such as M L^2 T^-1.
 
-    The letter T in the dimension is replaced by the unit of time.
+    The letter T in `dimension` is replaced by the unit of time.
     """
     if not dimension:
         return name

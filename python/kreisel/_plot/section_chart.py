@@ -1,4 +1,4 @@
-"""A chart of a section: one point per state, coloured by top or by class of motion."""
+"""A scatter plot of a Poincaré section, with one point per state."""
 
 from __future__ import annotations
 

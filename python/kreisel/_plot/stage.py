@@ -28,7 +28,7 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_stage(axes: Axes, floor: float) -> None:
-    """Draw all stationary parts, with the floor at the height `floor`."""
+    """Draw the floor, the sphere and the stand."""
     _set_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)
@@ -45,7 +45,7 @@ def _set_limits(axes: Axes, floor: float) -> None:
 
 
 def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw circles and spokes on the floor that fade with distance from the centre."""
+    """Draw concentric circles and spokes on the floor, which fade towards its edge."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
@@ -72,17 +72,17 @@ def _draw_dome(axes: Axes, floor: float) -> None:
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point and, if the point is above the floor, a needle that supports it."""
+    """Draw the fixed point, and a needle that supports the point if it is above the floor."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
 
 
 def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
-    """Draw the shadow that the faces with the given `corners` cast on the floor.
+    """Draw the shadow of a body on the floor, given the corners of its faces.
 
-    The light source is extended, not a point. The shadow is therefore sharp where the body is close
-    to the floor, and blurred elsewhere.
+    The light source has a finite size. The shadow is sharp only where the body is close to the
+    floor.
     """
     above = corners[..., 2:] - floor
     outlines = []
@@ -99,7 +99,7 @@ def cast_shadow(axes: Axes, corners: Array, floor: float) -> PathCollection:
 
 
 def _join_faces(faces: Array) -> Outline:
-    """Combine the faces into a single path whose filled area is their union, and return it."""
+    """Combine the faces into a single path that encloses their union."""
     x, y = np.moveaxis(faces, -1, 0)
     area = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
     faces = faces[area > 0.0]  # faces away from the lamp cover the same area
@@ -113,6 +113,6 @@ def _directions(angle: Array) -> Array:
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Project points of a horizontal plane onto the picture, and return their coordinates."""
+    """Project points of a horizontal plane onto the picture."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(lifted)[:2], axis=-1)

@@ -52,12 +52,12 @@ class ExactEnsemble:
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. All values are the same as those of kreisel.exact for each individual
-    scene, and the states are bitwise identical. Accessing the turning-point attributes raises
-    ValueError if any of the motions has no turning points.
+    computed on first access. All attributes agree with those of kreisel.exact for single scenes,
+    and the states are bitwise identical. Accessing the turning-point attributes raises ValueError
+    if any of the motions has no turning points.
 
     frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
-    values are NaN for all other tops.
+    attributes frequencies, certificate and mismatch are NaN for all other tops.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -105,13 +105,11 @@ class ExactEnsemble:
         return self._compute_states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _compute_states(self, t: Array) -> Array:
-        """Return the states, as an array (n, k, 8), at times of shape (k,) or (n, k).
+        """Return the states at the given times, as an array of shape (n, k, 8).
 
-        Running the ensemble would compute the same states faster, but requires times that are
-        monotonic and on one side of 0. Running is not an option if any time is 0: it would return
-        the initial state itself instead of evaluating the closed form. Nor is it an option for
-        closed forms on a torus, because a run evaluates these in working axes, with different
-        rounding errors.
+        A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
+        a run returns the initial state itself instead of the closed form. Closed forms on a torus
+        are evaluated directly, because a run has slightly different rounding errors.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -128,7 +126,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if doubles cannot resolve the attitude of a top at its last time."""
+        """Raise ValueError if the attitude of a top cannot be resolved in double precision."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -147,9 +145,9 @@ class ExactEnsemble:
     def _call_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
-        """Call a core function for consecutive slices of the tops and of the arrays `rows`.
+        """Call a C function for consecutive slices of the ensemble and of the arrays `rows`.
 
-        Raises ValueError for the first top that the core function rejects.
+        Raises ValueError for the first top that the C function rejects.
         """
         found: list[tuple[int, str]] = []
         work = Work()
@@ -171,12 +169,12 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if at least one top has a closed form on a torus."""
+        """True if any of the tops has a closed form on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """The three frequencies, the certificate and the mismatch of each top, as five columns."""
+        """The frequencies, the certificate and the mismatch of each top, in five columns."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
             self._call_in_slices(torus_heads, heads)
@@ -267,8 +265,7 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of all tops in an ensemble.
 
-    Raises ValueError if a scene has no closed form; the message states the index of the first such
-    scene.
+    Raises ValueError if a scene has no closed form.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
@@ -286,8 +283,8 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The states of such a top have a closed form, but its turning points and rates refer to the
-    inertial frame.
+    The turning points and rates of a closed form refer to the inertial frame instead of the
+    support.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():
@@ -299,7 +296,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes. Raises ValueError as from_ensemble does."""
+    """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
@@ -308,7 +305,7 @@ def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene that the closed forms of the core reject with `status`."""
+    """Return the exception for a scene without a closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

@@ -21,7 +21,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
     The type of the result depends on the contents of the file. A path written by path.save is
     restored exactly, bit for bit. A scene is read from a TOML file. A run is restored from a
-    checkpoint written by run.save, which kreisel.resume can also read.
+    checkpoint that was written by run.save.
 
         >>> import os, tempfile
         >>> import kreisel as kr

@@ -41,7 +41,7 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """Find the states of each top at the first n occurrences of an event after t = 0.
+    """Find the states of each top at the first `n` occurrences of an event.
 
     event      an event of kreisel.events; default: nutation(direction=1), the lowest points of the
                apex, which occur in every motion that is not steady. No occurrence is missed. An
@@ -53,10 +53,9 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are the same as for kreisel.solve. The result for a top is bitwise
-    independent of all other tops. The search is fastest for events that are linear in
-    body_vertical, body_velocity, body_momentum, apex_z and spin, since the core processes several
-    tops simultaneously.
+    The other arguments are the same as for kreisel.solve. The results for a top do not depend on
+    the other tops, bit for bit. The search is fastest if the event is linear in body_vertical,
+    body_velocity, body_momentum, apex_z and spin.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -68,8 +67,8 @@ def section(
 
     Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
     the states do not fit in memory. Raises kreisel.Interrupted, with all results obtained so far,
-    after Ctrl-C. Failures of individual tops are recorded in section.status; section.check() raises
-    an exception for the first failed top.
+    after Ctrl-C. Failures of individual tops are recorded in section.status. The method
+    section.check raises an exception for the first failed top.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
@@ -91,9 +90,9 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return the maximum waiting time of each top, and the options, which include the event.
+    """Return the maximum waiting time of each top, and the validated options.
 
-    The waiting times are an array of shape (tops, n) whose rows are constant.
+    The array of waiting times has the shape (tops, n), with equal numbers in each row.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -121,7 +120,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array with the maximum waiting time [T] until the next event of each top."""
+    """Return the longest time [T] for which each top is integrated without finding an event."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

@@ -114,12 +114,12 @@ def solve(
         ['1.174941', '3.524823']
 
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
-    have a shape that starts with the ensemble's. The result for a top is bitwise independent of the
-    other tops, the threads and the executor. This result is identical to that of solving the top
-    alone. There are two exceptions: taylor and exact may round differently, and 'auto' may select a
-    different method. `t` can also be an array of shape (*shape, k), which contains separate times
-    for each top. `progress` is called with the fraction of tops that are finished, between 0 and 1.
-    An ensemble has further arguments:
+    have the shape of the ensemble in their first dimensions. The result for each top is bitwise
+    independent of the other tops, the threads and the executor. Solving a top alone gives identical
+    results. However, rounding errors may differ for the methods taylor and exact, and 'auto' may
+    select a different method. `t` can also be an array of shape (*shape, k), which contains
+    separate times for each top. `progress` is called with the fraction of tops that are finished,
+    between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -134,9 +134,9 @@ def solve(
 
     Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
     the states do not fit in memory. Raises kreisel.Error if the run fails, and kreisel.Interrupted
-    (a KeyboardInterrupt) after Ctrl-C; the `.path` of both ends at the last valid state. For an
-    ensemble, failures are recorded in paths.status, and paths.check() raises kreisel.Error for the
-    first failed top; kreisel.Interrupted has the results so far as `.paths`.
+    after Ctrl-C. The valid states are available as the attribute `path` of the exception. For an
+    ensemble, failures of individual tops are recorded in paths.status. The method paths.check
+    raises kreisel.Error for the first failed top.
     """
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None or is_for_many
@@ -174,10 +174,9 @@ def _parse_tangents_events_geometric(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options for solving with tangents, with events or with method='geometric'.
+    """Return the validated options if tangents, events or method='geometric' are requested.
 
-    `others` are arguments that are valid only for ensembles. Raises TypeError or ValueError for an
-    invalid argument, or if one of `others` is given.
+    Raises TypeError or ValueError for an invalid argument, and if an argument in `others` is given.
     """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
@@ -197,7 +196,7 @@ def _parse_tangents_events_geometric(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve a scene whose arguments need validation in Python or more than one call of the core."""
+    """Compute the motion of a scene, in several calls of the C library if necessary."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)

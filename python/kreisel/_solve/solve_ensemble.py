@@ -69,7 +69,7 @@ def reduce(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Reductions:
-    """Reduce the path of each top in an ensemble to a few numbers, without storing any states.
+    """Compute statistics of the path of each top in an ensemble, without storing the states.
 
     reductions  a mapping from names of quantities or of their components to one or several of min,
                 max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
@@ -83,9 +83,9 @@ def reduce(
         array([1.023, 1.13 ])
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
-    kreisel.Interrupted after Ctrl-C; its `.paths` are the results so far. If a top fails, its
-    values are NaN, and `status` indicates the reason. The check() method of the result raises
-    kreisel.Error for the first failed top.
+    kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far. If
+    a top fails, its values are NaN, and `status` indicates the reason. The check() method of the
+    result raises kreisel.Error for the first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
@@ -108,7 +108,7 @@ def solve_ensemble(
     executor: Executor | None = None,
     out: Array | None = None,
 ) -> Paths:
-    """Compute the motions of all tops in an ensemble, and return their paths."""
+    """Compute the motions of all tops in an ensemble."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
@@ -120,7 +120,7 @@ def solve_ensemble(
 
 
 def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
-    """Return the function that runs ensemble slices with these options."""
+    """Return the function that computes slices of an ensemble."""
     if options.searches_step:
         return STEP_SEARCH
     return SCALAR if options.is_one_by_one else LANES
@@ -188,7 +188,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
-    """Return the options for an ensemble with tangents, whose tops are computed one at a time."""
+    """Return the validated options for solving an ensemble with tangents."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
     names = parse_tangents(tangents)
     reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})
@@ -200,7 +200,7 @@ def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> 
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError because arguments were given that are valid only for ensembles.
+    """Raise ValueError if arguments for ensembles are given for a single scene.
 
     Raises TypeError if `scene` is not a kreisel.Scene.
     """

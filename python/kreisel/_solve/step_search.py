@@ -1,11 +1,14 @@
 """Search by method='geometric' for the cheapest method and step that meet an error tolerance.
 
-At time t, the error of a method of order p with step size h is about g w t (c h r)^p. The rate r
-and the weight w are computed from the integrals of motion; the constants c were determined by
-measurement. The factor g is the growth of small perturbations, relative to their growth in regular
-motion. For example, g is large near an unstable equilibrium. This estimate yields an initial guess
-for the cheapest method and its step size. The step size is then reduced until the difference from a
-reference solution is sufficiently small.
+At time t, the error of a method of order p with step size h is approximately
+
+    g w t (c h r)^p,
+
+where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
+method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
+constants c were determined by measurement. The growth g is large near an unstable equilibrium. The
+error estimate yields an initial guess for the cheapest method and its step size. The step size is
+reduced until the difference from a reference solution is sufficiently small.
 """
 
 from __future__ import annotations
@@ -110,9 +113,9 @@ class StepSearch:
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
     def guess_method(self, grown: float) -> tuple[MethodName, float]:
-        """Return the cheapest method, together with the number of steps it requires.
+        """Return the cheapest method and the number of steps that it requires.
 
-        `grown` is the factor g in the error estimate of the module docstring.
+        `grown` is the growth of small perturbations, divided by their growth in a regular motion.
         """
         prices, t = {}, abs(self.end)
         constants = _SYMMETRIC if _is_drift_exact(self.scene) else _GENERAL
@@ -124,10 +127,10 @@ class StepSearch:
         return method, max(1.0, prices[method][1])
 
     def check_times(self, steps: int) -> Array:
-        """Return the times at which the error of a run with `steps` steps is evaluated.
+        """Return the times at which the error of a run is evaluated.
 
-        These are the requested times and the ends of steps, for which no extra computation is
-        needed. If the run has only a few steps, times within the steps are added.
+        The result includes the requested times and the ends of steps. If there are only a few
+        steps, intermediate times are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -143,17 +146,18 @@ class StepSearch:
     def choose_reference_options(self) -> SolveOptions:
         """Return the options for computing the reference solution.
 
-        The reference is a closed form if one exists with rounding errors far below the target;
-        otherwise it is a Taylor series with more digits.
+        The reference solution is a closed form if one exists and its rounding errors are far below
+        the tolerance. If there is no suitable closed form, the reference solution is a Taylor
+        series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with `steps` steps at the requested times, and its error.
+        """Compute a run with `steps` steps, and return its states and its error.
 
-        The error is the largest attitude error at the check times [rad]. Returns None if the step
-        size is too large for the method.
+        The error is the largest angle [rad] between the attitude and the reference solution. If the
+        step size is too large for the method, the result is None.
         """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
@@ -223,7 +227,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for passing `error` together with a method other than 'geometric'."""
+    """Return the exception for an argument `error` with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -249,7 +253,7 @@ def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progr
 
 
 def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Solve a single scene with method='geometric', and return a path with complete states."""
+    """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return path_or_raise(scene, still, record_states(scene, still, times))
@@ -265,10 +269,9 @@ def search_path(
     max_steps: int,
     progress: Listener = None,
 ) -> Path:
-    """Return the path at `times`; its attitude error stays below `target` up to the last time.
+    """Return a path whose attitude error stays below `target`.
 
-    `progress` is called during each trial run. Raises ValueError if no run is sufficiently
-    accurate.
+    Raises ValueError if no run is sufficiently accurate.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
@@ -311,7 +314,7 @@ def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> P
 
 
 def _is_drift_exact(scene: Scene) -> bool:
-    """Return True if the drift (free motion) of the body is known to be computed exactly."""
+    """Return True if the drift (free motion) of a body is computed exactly."""
     body = scene.body
     return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
@@ -346,7 +349,7 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Solve the tops begin..end, each with the cheapest method that meets the error tolerance."""
+    """Solve a slice of an ensemble with the cheapest method that meets the error tolerance."""
     part = buffers.select_rows(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -372,7 +375,7 @@ def _search_one_top(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve a single top, and write its path or an error message to row i of `part`."""
+    """Solve a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)
@@ -387,7 +390,7 @@ def _search_one_top(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write `path` to row i of `part`, with NaN at all times that the path did not reach."""
+    """Write a path to the buffers, with NaN at all times after its end."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_indices_of_times(path, times)
@@ -410,10 +413,10 @@ def _write_row(
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices in the path of the states at `times`, and the number of times reached.
+    """Return the indices of the states at the given times, and their number.
 
-    The indices end before the first time that was not reached. The path of a failed trial run may
-    also contain states at other times.
+    Times after the end of the path are omitted. The path may contain states at times that were not
+    requested.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

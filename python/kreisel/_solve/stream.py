@@ -73,16 +73,18 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, kreisel.Paths of consecutive tops are yielded in C order. Each kreisel.Paths
-    has at most `chunk` states in total (default 2**20), but at least one top. t must not be an
-    iterator. threads, executor and progress are as in kreisel.solve.
+    For an ensemble, yield a kreisel.Paths for each group of consecutive tops in C order. Each
+    kreisel.Paths has at most `chunk` states in total (default 2**20), but at least one top. t must
+    not be an iterator. threads, executor and progress are as in kreisel.solve.
 
-    The stats of each path refer to the entire run up to its last state. The events of each path are
-    those that occurred after the end of the previous path. A terminal event ends the stream.
+    The statistics of each path refer to the entire run up to the last state of the path. Each path
+    contains the events that occurred after the end of the previous path. A terminal event ends the
+    stream.
 
     Raises the same exceptions as kreisel.solve. Exceptions for invalid arguments are raised
-    immediately; exceptions for failed runs and for invalid times from an iterator are raised during
-    iteration. The `.path` of kreisel.Error and kreisel.Interrupted is the unfinished last path.
+    immediately. Exceptions for failed runs, and for invalid times from an iterator, are raised
+    during iteration. The attribute `path` of kreisel.Error and kreisel.Interrupted contains the
+    valid states of the last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

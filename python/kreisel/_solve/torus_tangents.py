@@ -1,13 +1,12 @@
-"""Tangents of a top whose motion is confined to a torus, from closed forms of neighbouring tops.
+"""Tangents of a top on an invariant torus, computed from closed forms by finite differences.
 
-For each column, a central difference of order 8 is computed from the closed forms of eight
-neighbours. The tangents of an integrable top grow at most linearly with time, while the error of
-its closed form does not grow. If the step is inversely proportional to time, truncation and
-rounding errors therefore remain small relative to the tangents.
+For each column of the tangents, a central difference of order 8 is computed from eight neighbouring
+tops. The tangents of an integrable top grow at most linearly with time. If the difference step is
+inversely proportional to time, the errors remain small relative to the tangents.
 
-The initial state of each neighbour is rounded. Its exact distance is known, because the difference
-of two nearby doubles is exact. The derivatives along the coordinate axes are obtained from these
-distances by solving a linear system.
+The initial states of the neighbouring tops are rounded. The distance between two rounded states is
+nevertheless known exactly, because the difference of two nearby doubles is exact. Derivatives along
+the coordinate axes are obtained from the rounded distances by solving a linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -45,7 +44,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 @dataclass(frozen=True)
 class _ColumnGroup:
-    """Columns that are computed together because they belong to the same scene parameter.
+    """Tangent columns that belong to the same parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -64,11 +63,11 @@ class _ColumnGroup:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute the tangents with respect to the parameters `names` at the states of a closed form.
+    """Compute tangents with respect to the given parameters by finite differences of closed forms.
 
     `compute_states` evaluates the closed form of a given scene at given times. A column is NaN if
-    varying its parameter leads to tops without a closed form. Raises ValueError if a neighbouring
-    scene has no closed form, or if its motion differs too much from that of `scene`.
+    tops with a changed parameter have no closed form. Raises ValueError if a neighbouring top has
+    no closed form, or if its motion differs too much from that of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -85,7 +84,7 @@ def compute_torus_tangents(
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError if `names` contains a parameter for which tangents are not available."""
+    """Raise ValueError for a parameter with respect to which there are no tangents."""
     for name in names:
         if name not in PARAMETERS:
             reason = (
@@ -99,7 +98,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError for times too large for doubles to resolve the motions of neighbours."""
+    """Raise ValueError if the times are too large for differences between neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(
@@ -109,7 +108,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
 
 
 def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
-    """Return the column groups for the parameter `name`."""
+    """Return the groups of tangent columns for the parameter `name`."""
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
@@ -143,26 +142,26 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _momentum_change(one: Scene, other: Scene) -> Array:
-    """Return the difference in momentum between the scenes `one` and `other`."""
+    """Return the difference between the angular momenta of two scenes."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
 
 def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
-    """Return a copy of the scene with its gravity changed by `size`."""
+    """Return a copy of a scene in which gravity is increased by `size`."""
     return scene.replace(gravity=scene.gravity + size)
 
 
 def _gravity_change(one: Scene, other: Scene) -> Array:
-    """Return the difference in gravity between the scenes `one` and `other`."""
+    """Return the difference between the gravities of two scenes."""
     return np.array([other.gravity - one.gravity])
 
 
 def _rotation_between(one: Array, other: Array) -> Array:
-    """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
+    """Return the small rotation in the body frame between two attitudes, one per row.
 
-    The result does not depend on the signs of the quaternions. To first order, the result equals
-    the rotation vector. The computation uses the difference of the quaternions, which is exact if
-    they are close.
+    The result is twice the vector part of the quotient of the two quaternions. For small rotations,
+    the result is approximately the rotation vector. The difference of the quaternions is used
+    because it is exact for nearby quaternions.
     """
     sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
     change = sign[:, None] * other - one
@@ -173,7 +172,7 @@ def _rotation_between(one: Array, other: Array) -> Array:
 def _differentiate(
     scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents of a column group, together with their largest relative error."""
+    """Return the tangents of a group of columns, and their largest relative error."""
     turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
@@ -190,10 +189,9 @@ def _differentiate(
 def _differentiate_with_best_steps(
     scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
 ) -> tuple[Array, Array]:
-    """Return the tangents for the best of several difference steps, and their errors.
+    """Compute tangents with several difference steps, and return the best ones with their errors.
 
-    For each state, the step is reduced until both orders agree, or until their difference increases
-    again.
+    The difference step is reduced as long as the estimated error decreases.
     """
     result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
     rows = np.arange(len(states))
@@ -226,8 +224,7 @@ def _central_difference(
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
-    The difference is relative to the tangent or, if the tangent is smaller than one natural unit,
-    to that unit.
+    For tangents smaller than a natural unit, the difference is relative to this unit.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

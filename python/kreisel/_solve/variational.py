@@ -1,4 +1,4 @@
-"""Paths with tangents, which are derivatives with respect to the initial state and parameters."""
+"""Paths with tangents, that is, derivatives with respect to the initial state and parameters."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ TangentSpec = TangentName | Iterable[TangentName]
 
 
 def parse_tangents(tangents: object) -> tuple[str, ...]:
-    """Return the names in `tangents` without duplicates, sorted in the order used by the core.
+    """Return the names of the requested tangents without duplicates, in a fixed order.
 
-    Raises TypeError or ValueError if a name is unknown or missing.
+    Raises TypeError or ValueError for an unknown name, or if there is no name.
     """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
@@ -84,10 +84,10 @@ def parse_tangent_options(
     every: object,
     excluded: Mapping[str, object],
 ) -> SolveOptions:
-    """Return the options for computing a path with tangents.
+    """Return the validated options for computing a path with tangents.
 
-    `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
-    in `excluded` is given, or if the method cannot compute the requested tangents for this scene.
+    `controls` contains the arguments step, tol, digits and max_steps. Raises ValueError if an
+    argument in `excluded` is given, or if the method cannot compute the tangents.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     reject_with_tangents(excluded)
@@ -103,7 +103,7 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist in the presence of friction."""
+    """Raise ValueError for tangents that do not exist if there is friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(

@@ -1,7 +1,7 @@
 """Tables of parts, with one row per top and with units for all columns.
 
-The number of events varies between tops, so events are stored in separate columns with one row per
-event. These columns contain the events of paths or the states of a section.
+Events are stored in separate columns with one row per event, because the number of events varies
+between tops.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 @dataclass
 class PartTable:
-    """A table of n tops that have e events in total.
+    """A table of the tops in a part and of their events.
 
     columns  {name: values (n,) or (n, k)} of the tops
     ragged   {name: values (e,)} of the events, sorted by top
@@ -49,7 +49,7 @@ class PartTable:
 
 
 def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
-    """Return a table of the tops with the indices `tops` and of their results `outcome`."""
+    """Return a table of the tops with the given indices and of their results."""
     results = _list_results(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
@@ -105,7 +105,7 @@ def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUni
 
 
 def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns of states of each top, or of the quantities that are stored instead."""
+    """Return the columns that contain the states of each top or the requested quantities."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -116,7 +116,7 @@ def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
 
 
 def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
-    """Return the columns for the status, the time reached and the numbers of steps."""
+    """Return the columns that contain the status, the final time and the number of steps."""
     buffers = outcome._buffers
     return [
         ("status", buffers.status, ""),
@@ -126,7 +126,7 @@ def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
 
 
 def _add_states(part: PartTable, found: EnsembleEvents | Section) -> None:
-    """Add the states at events and the number of events per top to a table."""
+    """Add the events, and the number of events of each top, to a table."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
         values = getattr(found, name).reshape(-1, quantity.doubles)

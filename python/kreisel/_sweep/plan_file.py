@@ -8,11 +8,10 @@
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-File names are relative to the folder of the plan file. Each event is a table [[events]], in which
-`event` is the name of a function of kreisel.events, and the other entries are its arguments. If
-task = "section", the plan has no t, and its only event is a table [event] with the same entries. If
-task = "lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with
-that name.
+File names are relative to the folder of the plan file. Each table [[events]] contains the name of a
+function of kreisel.events as `event`, and the arguments of this function. If task = "section", the
+plan has a single table [event] with the same entries, and no t. If task = "lyapunov", "megno" or
+"oli", the plan contains the arguments of the kreisel function with that name.
 """
 
 from __future__ import annotations
@@ -108,7 +107,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return `given`, or `n` evenly spaced values if it is a table of the form { from, to, n }."""
+    """Return the given values, or evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

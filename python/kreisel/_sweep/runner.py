@@ -1,8 +1,7 @@
-"""Computation of the parts of a sweep, in this process or by workers of an executor.
+"""Computation of the parts of a sweep, in the current process or by workers of an executor.
 
-In this process, several threads compute the parts together, one part after another. A worker of an
-executor computes an entire part in one thread, writes its file, and returns the number of tops in
-it.
+Without an executor, the parts are computed one after another, each by several threads. With an
+executor, each worker computes one part at a time in a single thread, and writes its file.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute a table of the results of the tops with the indices `tops`, including failed tops."""
+    """Compute the results of the tops with the given indices."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
 def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
-    """Compute part i in one thread, write its file, and return the number of its tops."""
+    """Compute part i in a single thread and write its file; return the number of tops."""
     tops = store.plan.list_tops_of_part(i)
     store.write_part(i, compute_part(store, tops, 1, progress))
     return len(tops)
 
 
 class PartsLost(RuntimeError):
-    """Error raised if an executor fails to return some parts."""
+    """Error raised if an executor does not return all parts."""
 
 
 class PartRunner:
-    """A computation of selected parts of a sweep, which reports its progress."""
+    """The computation of selected parts of a sweep."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -52,7 +51,7 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process.
+        """Compute the parts in the current process.
 
         Each part is written to its file while the next part is computed.
         """
@@ -70,11 +69,11 @@ class PartRunner:
             self._report_progress(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress callback for a part with `tops` tops, or None if none is needed."""
+        """Return a function that reports the progress of a part, or None."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of finished tops, at most once per _PROGRESS_SECONDS unless `last`."""
+        """Report the number of finished tops, at most about ten times per second."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
@@ -83,8 +82,7 @@ class PartRunner:
     def run_on(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        Parts that the executor loses are resubmitted once. Raises PartsLost if the executor loses
-        parts a second time.
+        Lost parts are submitted a second time. Raises PartsLost if parts are lost again.
         """
         for _ in range(2):
             self._submit_all(executor)
@@ -121,12 +119,12 @@ class PartRunner:
         self._report_progress(self.done)
 
     def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt if the run has been stopped; called by the threads of a part."""
+        """Raise KeyboardInterrupt if the computation has been stopped."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """If the file of part i exists, remove i from `left`, and count its tops as finished."""
+        """Count the tops of part i as finished if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.list_tops_of_part(i))

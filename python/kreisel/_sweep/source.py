@@ -1,7 +1,6 @@
 """Sources of a sweep: descriptions of tops that are constructed only when needed.
 
-A source does not store its tops in memory. Each top is determined by the source and by the top's
-index.
+A source does not store its tops in memory. Each top is determined by the source and by an index.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """Random parameters of a source: pairs of bounds, or standard deviations in `widths`."""
+    """The seed of a random source, and the ranges or standard deviations of its parameters."""
 
     seed: int
     ranges: Parameters
@@ -60,8 +59,8 @@ class Source:
     shape  the shape of the array of all tops, which are numbered in C order
     axes   the names of its dimensions
 
-    `len(source)` is the number of tops, `source[i]` is the i-th top as a kreisel.Scene, and
-    `source[a:b]` is a kreisel.Ensemble of one dimension.
+    `len(source)` is the number of tops, and `source[i]` is a single top as a kreisel.Scene. A slice
+    `source[a:b]` is a one-dimensional kreisel.Ensemble.
 
         >>> import kreisel as kr, numpy as np
         >>> spin, tilt = np.linspace(0, 20, 10000), np.linspace(0, 1, 10000)
@@ -82,9 +81,9 @@ class Source:
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
         """Return a source of all combinations of values of several parameters.
 
-        Each parameter given as a list of values has a dimension of its own; the dimensions are in
-        the order of the arguments. A single value applies to all tops. The parameters are the same
-        as for Scene.vary, except body. Raises TypeError and ValueError under the same conditions as
+        Each list of values becomes a dimension of the source, in the order of the arguments.
+        Parameters with a single value are the same for all tops. All parameters of Scene.vary
+        except `body` are allowed. Raises TypeError and ValueError under the same conditions as
         Scene.vary.
 
         >>> import kreisel as kr
@@ -115,10 +114,11 @@ class Source:
         """Return a source of `n` tops with random parameters.
 
         A parameter given as two values, such as spin=(0, 20), is uniformly distributed between
-        them; for a vector, the bounds are two rows. A single value applies to all tops. Each random
-        value depends only on the seed, the index of the top and the parameter. The parameters are
-        the same as for Scene.vary, except body; inertia and attitudes must be single values. Raises
-        TypeError and ValueError under the same conditions as Scene.vary.
+        them. For a vector, the bounds are given as two rows. Parameters with a single value are the
+        same for all tops. Each random value depends only on the seed, the index of the top and the
+        parameter. All parameters of Scene.vary except `body` are allowed, but inertia and attitudes
+        must have a single value. Raises TypeError and ValueError under the same conditions as
+        Scene.vary.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -178,8 +178,8 @@ class Source:
     ) -> Source:
         """Return a source whose tops are the rows of a table.
 
-        Each column is a parameter of Scene.vary, such as gravity, or one component of a parameter,
-        such as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
+        Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
+        such as momentum_x or angles_0.
 
         file  the name of a .parquet or .csv file
 
@@ -226,7 +226,7 @@ class Source:
     @overload
     def __getitem__(self, key: int) -> Scene: ...
     def __getitem__(self, key: int | slice) -> Ensemble | Scene:
-        """Return the i-th top as a scene, or the tops of a slice as an ensemble."""
+        """Return a single top as a scene, or several tops as an ensemble."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
@@ -246,10 +246,10 @@ class Source:
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
     def _validation_indices(self) -> Places:
-        """Return the indices of the tops that are used to validate a plan.
+        """Return the indices of the tops on which a plan is validated.
 
-        These tops are evenly spread over the source, and include the first and the last top. For a
-        random source, the sample consists of the first tops, since all tops are statistically
+        The selected tops are evenly spread over the source, and include the first and the last top.
+        For a random source, the first tops are selected, because all tops are statistically
         equivalent.
         """
         if self._random is not None:
@@ -261,10 +261,9 @@ class Source:
     def _first_error(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error of the first invalid top in `at`, including the index of this top.
+        """Return the error raised by the first invalid top, including the index of this top.
 
-        `common` is the error raised when all tops in `at` were constructed together. If no
-        individual top is invalid, `common` is returned.
+        If every top is valid on its own, the error `common` is returned.
         """
         while at.size > 1:
             middle = at.size // 2
@@ -286,7 +285,7 @@ class Source:
         return common
 
     def _build_tops(self, at: Places) -> Ensemble:
-        """Build the tops with the indices `at`, which must be consecutive for a random source."""
+        """Build the tops with the given indices, which must be consecutive for a random source."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
@@ -303,9 +302,9 @@ class Source:
         return vary(Ensemble, self.scene, arguments)
 
     def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
-        """Return the values of the varying parameters for the tops begin..end.
+        """Return the values of the varying parameters for a slice of the source.
 
-        `tops` is an ensemble that consists of these tops.
+        `tops` is the ensemble of the tops in the slice.
         """
         rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._random is not None:
@@ -319,7 +318,7 @@ class Source:
 def _split_parameters_and_flags(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into validated parameters and the names of the flags that are True."""
+    """Separate the arguments into validated parameters and flags."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -334,7 +333,7 @@ def _split_parameters_and_flags(
 
 
 def _check_parameter_bounds(name: str, one: Parameter) -> None:
-    """Raise ValueError unless the two values of a parameter bound a finite interval."""
+    """Raise ValueError unless the values of a parameter are the bounds of a finite interval."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -351,9 +350,9 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter so that they vary only along the axis of the same name.
+    """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    A parameter without an axis of its own has a single value, and has length 1 along all axes.
+    A parameter without an axis has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:
@@ -362,7 +361,7 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
 
 
 def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
-    """Return the columns of an ensemble with `dims` dimensions; repeated values are stored once."""
+    """Return the columns of an ensemble, with repeated values stored only once."""
     return {
         name: Parameter(
             name, collapse_broadcast_axes(column, dims).astype(np.float64), column.shape[dims:]
@@ -372,7 +371,7 @@ def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict
 
 
 def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Parameter]:
-    """Return the values of `arguments` for the tops at the indices `at` of a source of `shape`."""
+    """Return the values of the given parameters for the tops with the indices `at`."""
     where = np.unravel_index(at, shape) if shape else ()
     first = np.zeros_like(at)
     taken: dict[str, Parameter] = {}
@@ -390,8 +389,8 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
-    Each value depends only on the seed, the parameter and the index of the top. This is possible
-    because the state of the Philox generator is a counter that can be set directly.
+    Each value depends only on the seed, the parameter and the index of the top. The state of the
+    Philox generator can be set directly, because it is a counter.
     """
     drawn: dict[str, Parameter] = {}
     for name, one in random.ranges.items():

@@ -69,17 +69,16 @@ def sweep(
 ) -> SweepResult:
     """Run a task on many tops, and write the results to a folder, divided into parts.
 
-    To resume an interrupted sweep, repeat the call: after Ctrl-C, after a crash, or on a different
-    machine. Each part is a Parquet file with one row per top, which contains the index, parameters,
-    status and results of that top. The units [M L T] of the columns are stored as well. The
-    contents of each part are determined, bit for bit, by the plan and the part number. If a top
-    fails, its status is not 0.
+    To resume a sweep that was interrupted, repeat the call, possibly on a different machine. Each
+    part is a Parquet file with one row per top. The columns contain the index, parameters, status
+    and results of each top. The units [M L T] of the columns are stored in the file. The contents
+    of each part are determined, bit for bit, by the plan and the part number. A nonzero status
+    means that the top failed.
 
-    Existing parts are verified by their checksums; missing and damaged parts are computed. The
-    names of part files are reserved; do not use them for other files in the folder. A file with the
-    name of a part is replaced, and a warning issued, unless the file is an intact part with this
-    number. Folders, and complete parts of a different plan, are never replaced. Requires pyarrow:
-    pip install 'kreisel[sweep]'.
+    Existing parts are verified by their checksums, and damaged parts are computed again. The names
+    of part files are reserved; do not use them for other files in the folder. Invalid files with
+    the name of a part are replaced, and a warning is issued. Folders, and complete parts of a
+    different plan, are never replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
@@ -119,10 +118,10 @@ def sweep(
         ((8,), (8, 32), 'T^-1')
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises ValueError if
-    the folder contains a different plan, and FileExistsError if it is neither empty nor the folder
-    of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
-    installed. While running, raises OSError if a file cannot be written, RuntimeError if an
-    executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
+    the folder contains a different plan, and FileExistsError if it contains files but no plan.
+    Raises OSError if the folder cannot be written, and ImportError if pyarrow is not installed.
+    During the computation, raises OSError if a file cannot be written, and RuntimeError if an
+    executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
     """
     arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)
@@ -135,7 +134,7 @@ def sweep(
 
 
 def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those arguments in `given` that belong to a task and differ from their defaults."""
+    """Return the arguments of a task that differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:
@@ -148,10 +147,9 @@ def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 def _run_parts(
     runner: PartRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
-    """Compute the parts of `runner`, and return the results of the sweep.
+    """Compute parts of a sweep, and return the results of the whole sweep.
 
-    Raises SweepInterrupted after Ctrl-C; the message reports how many of the parts in `chosen` are
-    done.
+    Raises SweepInterrupted after Ctrl-C.
     """
     store = runner.store
     try:
@@ -182,7 +180,7 @@ def _make_plan(
 
 
 def _parse_parts(parts: object, count: int) -> range:
-    """Validate the requested range of parts, and return it. None means all of the `count` parts."""
+    """Return the requested range of parts. By default, all parts are requested."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
@@ -195,7 +193,7 @@ def _parse_parts(parts: object, count: int) -> range:
 
 
 def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
-    """Return the parts in `chosen` that must be computed, and warn about parts to be replaced.
+    """Return the requested parts that must be computed, and warn about damaged and outdated files.
 
     Raises FileExistsError if a folder or a part of a different plan has the name of a part.
     """

@@ -1,7 +1,7 @@
 """The plan of a sweep, which contains everything that determines the contents of its parts.
 
-The plan is stored as canonical JSON together with a hash. The machine, the number of threads and
-the executor are not part of the plan, because they do not affect the results.
+The plan is stored as canonical JSON together with a hash. The machine, the executor and the number
+of threads do not affect the results, and are not part of the plan.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A source of tops, the task to run on all tops, and the number of tops per part.
+    """The plan of a sweep: a source of tops, a task, and the number of tops per part.
 
-    `options` and `times` belong to the task. The plan has been validated on some tops; `sample`
-    contains their indices and an ensemble of these tops.
+    `sample` contains the indices of the tops on which the plan was validated, and the ensemble of
+    these tops.
     """
 
     source: Source
@@ -62,7 +62,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`. The last part may be smaller."""
+        """Return the total number of tops in `parts`."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
@@ -102,16 +102,16 @@ class SweepPlan:
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set of the Taylor kernel on this machine.
+        """The instruction set that the Taylor series uses on this machine.
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return an ensemble of the tops with the indices `tops`.
+        """Return an ensemble of the tops with the given indices.
 
-        If these are the indices of the sample, the ensemble of the sample is returned.
+        The ensemble on which the plan was validated is reused if it has the same indices.
         """
         if self.sample is not None:
             at, ensemble = self.sample
@@ -120,7 +120,7 @@ class SweepPlan:
         return self.source[tops.start : tops.stop]
 
     def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
-        """Compute the results of the tops with the indices `tops`.
+        """Compute the results of the tops with the given indices.
 
         Raises TypeError or ValueError for the first invalid top; the message states its index.
         """
@@ -150,9 +150,9 @@ def content_name(values: Array) -> str:
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """For each parameter, return its name, the shape of a single value, and all values.
+    """Return the name, the shape and the values of each parameter in JSON form.
 
-    For a long array, the file name is returned instead of the values.
+    A long array is replaced by the name of its file.
     """
     return [
         [
@@ -165,10 +165,9 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the varying parameters in JSON form.
+    """Return the names of the varying parameters in JSON form.
 
-    A parameter of the source is listed only by name, because the plan already contains its values.
-    All other parameters are listed together with their values.
+    Values that the plan already contains are omitted.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]
@@ -177,10 +176,10 @@ def _list_varied(source: Source) -> list[str | list[Any]]:
 
 
 def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
-    """Return the plan for running a task on the tops of a source, validated on some of the tops.
+    """Return the plan for a sweep, after validating it on a sample of the tops.
 
-    Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
-    not fit in memory.
+    Raises TypeError or ValueError if the task or a top is invalid. Raises MemoryError if a part
+    does not fit in memory.
     """
     sample = source._validation_indices()
     try:
@@ -207,10 +206,10 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 
 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
-    """Return the plan stored as a JSON object.
+    """Return the plan stored in a JSON object.
 
-    `load` returns the array stored under a given file name, for values that are not in the JSON.
-    Raises ValueError if the object is not a plan, or if it is a plan from a different version.
+    `load` reads an array from the file with a given name. Raises ValueError if the object is not a
+    plan, or comes from a different version.
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)

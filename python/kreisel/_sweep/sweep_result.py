@@ -34,8 +34,8 @@ _STATUS = "status", "reached"
 class SweepResult:
     """The results of a sweep in a folder.
 
-    `result[name]` is a column as a NumPy array of shape `shape`, or of shape (*shape, k) if each
-    top has k values, one per time. Only the requested columns are read from the files.
+    `result[name]` is a column as a NumPy array of shape `shape`, or (*shape, k) with values at k
+    times. Only the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -45,10 +45,9 @@ class SweepResult:
     units    the dimension [M L T] of each column
 
     Iteration yields each existing part as a mapping from column names to arrays. Raises ValueError
-    if a column is read while parts are missing. If the sweep was opened with partial=True, each
-    column has one row for each top in the existing parts. The column `result["top"]` contains the
-    indices of these tops. In this case, the checksums of all parts are verified once, and damaged
-    parts are treated as missing.
+    if a column is read while parts are missing. If partial=True was passed to kreisel.read_sweep,
+    only the existing parts are used. In a partial result, the column `result["top"]` contains the
+    indices of the tops. Damaged parts of a partial result are treated as missing.
     """
 
     _store: SweepStore
@@ -60,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def present(self) -> list[int]:
-        """The numbers of the existing parts or, with partial=True, of the intact parts."""
+        """The numbers of the existing parts; a partial result excludes damaged parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -111,14 +110,14 @@ class SweepResult:
 
     @cached_property
     def _schema(self) -> PartTable:
-        """The columns of a part, without rows, as read from the first existing part."""
+        """The table of a part without its rows."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The column names: first the columns of tops, then the columns of events."""
+        """The names of the columns; those of the events are at the end."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
@@ -140,7 +139,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, limited to the columns `names` if given.
+        """Return an iterator over the existing parts, or over their columns `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -170,7 +169,7 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify the checksums of all existing parts, and return this result.
+        """Verify the checksums of all existing parts, and return the same object.
 
         Raises ValueError for the first damaged part. Raises FileExistsError if a folder or a part
         of a different plan has the name of a part.
@@ -187,9 +186,8 @@ class SweepResult:
         """Verify the checksums of all parts, and return the numbers of the parts grouped by status.
 
         The status is "done", "missing", "damaged", "of another version" or "foreign". A part is
-        foreign if its name is used by a folder or by a complete part of a different plan. All parts
-        that are neither done nor foreign are computed if kreisel.sweep is called again with the
-        same arguments.
+        foreign if its name is used by a folder or by a complete part of a different plan. Calling
+        kreisel.sweep again computes all parts except those that are done or foreign.
         """
         parts, found = self._verify_existing_parts()
         missing = [i for gap in list_gaps(found, self.parts) for i in gap]
@@ -211,12 +209,12 @@ class SweepResult:
 
     @property
     def events(self) -> EnsembleEvents | None:
-        """The events of the tops, or None if no events were requested.
+        """The events of all tops, or None if no events were requested.
 
-        Tops in missing parts have no events in this table. For a section, the value is also None,
-        because its states are stored in columns. The column result["events"] contains the number of
-        states per top. The states of all tops are in the column result["event_t"] and in similar
-        columns.
+        Tops in missing parts have no events. If the task is "section", the value is None, because
+        the states are stored in columns. The column result["events"] contains the number of states
+        of each top. The columns result["event_t"], result["event_q_w"] and so on contain the states
+        of all tops.
         """
         if "event_which" not in self._schema.ragged:
             return None
@@ -227,8 +225,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain the column's `units`. If a top has several values in a
-        column, these are stored as a list.
+        The metadata of each field contain the column's `units`. Several values of a top in one
+        column are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
@@ -237,10 +235,10 @@ class SweepResult:
         return pa.concat_tables([as_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with one row per top, or one row per state of each top.
+        """Return a pandas.DataFrame with one row per top or, if there are states, per state.
 
-        `attrs` contains the units. The DataFrame contains the number of events per top, but not the
-        events themselves, which are in `events`. Raises ImportError if pandas is not installed.
+        `attrs` contains the units. The DataFrame contains the number of events of each top, but not
+        the events. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -262,10 +260,10 @@ class SweepResult:
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable, including units, per column.
 
-        The dimensions are the named dimensions of the tops and, if states are stored, time. The
-        parameters that vary, `status` and `reached` are stored as coordinates. For tops in missing
-        parts, the values are NaN, or -1 for integers. The Dataset contains the number of events per
-        top, but not the events themselves. Raises ImportError if xarray is not installed.
+        The dimensions are those of the sweep and, if states are stored, time. The varying
+        parameters, `status` and `reached` are stored as coordinates. For tops in missing parts, the
+        values are NaN, or -1 for integers. The Dataset contains the number of events of each top,
+        but not the events. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -288,7 +286,7 @@ class SweepResult:
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _read_all(self) -> dict[str, Column]:
-        """Return the columns of all tops as arrays whose shape starts with that of the sweep."""
+        """Return each column as an array with the shape of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_parts():
             at = part.columns["top"]
@@ -301,7 +299,7 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers below `end` that are not in the ascending list `numbers`."""
+    """Yield the ranges of nonnegative integers below `end` that are missing in `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
@@ -329,8 +327,8 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
         ...     result, result.columns[:4]
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
-    The files can also be read by other programs, for example by DuckDB: SELECT spin, nutation_max
-    FROM 'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if it
-    is not the folder of a sweep, and ImportError if pyarrow is not installed.
+    The files can also be read by other programs, such as DuckDB: SELECT spin, nutation_max FROM
+    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, and ValueError if it is
+    not the folder of a sweep. Raises ImportError if pyarrow is not installed.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))

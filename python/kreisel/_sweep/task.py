@@ -38,7 +38,7 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A kreisel function that a sweep calls for its tops, and the arguments of the call."""
+    """A task of a sweep: a kreisel function that is called for the tops, and its arguments."""
 
     @property
     def as_json(self) -> dict[str, Any]:
@@ -48,10 +48,10 @@ class SweepTask(Protocol):
         """Return the task in canonical form, so that equivalent arguments lead to equal plans."""
 
     def options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the options and the times of the task for the tops `some`.
+        """Return the validated options and the times of the task for an ensemble.
 
-        For a section, each time is the maximum waiting time until the next event, repeated for
-        every state. Raises TypeError or ValueError for an invalid argument.
+        For a section, the times are the maximum waiting times until the next event. Raises
+        TypeError or ValueError for an invalid argument.
         """
 
     def compute_tops(
@@ -62,14 +62,14 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops `some`, given the values returned by options_and_times.
+        """Compute the results of the tops in an ensemble.
 
         Raises TypeError or ValueError for the first top to which the task does not apply.
         """
 
 
 class SolveTask(NamedTuple):
-    """A call of kreisel.solve, or of kreisel.reduce if the arguments contain reductions."""
+    """A call of kreisel.solve or, with reductions, of kreisel.reduce."""
 
     t: Numbers
     method: str
@@ -217,7 +217,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return the task with the name `task`, including its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. The same exceptions are raised if the value of an argument differs between tops.
+    accept. Arguments with different values for different tops are also rejected.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
@@ -253,7 +253,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _iterator_to_list(names: Any) -> Any:
-    """Convert `names` to a list if it is an iterator, because iterators can be read only once."""
+    """Convert an iterator to a list, because iterators can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -271,7 +271,7 @@ def _float_or_list(values: Numbers) -> Any:
 
 
 def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task described by the JSON of a plan.
+    """Return the task that is stored in the JSON form of a plan.
 
     Raises KeyError, TypeError or ValueError if the task is invalid.
     """

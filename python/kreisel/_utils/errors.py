@@ -1,4 +1,4 @@
-"""Error messages for unknown names and for status codes of the core."""
+"""Error messages for unknown names and for status codes of the C library."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SKIPPED_PACKAGES = {
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
-    """Return the exception for a status that the core returned because of invalid arguments."""
+    """Return the exception for a status code of the C library."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
@@ -53,7 +53,7 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
 def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that makes every attribute assignment raise FrozenInstanceError.
 
-    The error message ends with `instead`, in which {} is replaced by the name of the attribute.
+    The error message ends with `instead`, in which {} stands for the name of the attribute.
     """
 
     def decorate(cls: type[_T]) -> type[_T]:
