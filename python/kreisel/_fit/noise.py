@@ -1,4 +1,4 @@
-"""Standard deviations of measurements with unknown errors."""
+"""Estimation of the standard deviations of measurements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 
 def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
-    """Return the standard deviations of each series, either given or estimated from its values."""
+    """Return the given or estimated standard deviations of all series."""
     made: list[Array] = []
     for record in records:
         for series in record.series:
@@ -44,7 +44,7 @@ def _estimate_from_neighbours(series: Series) -> float:
 
 
 def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
-    """Return the standard deviations, estimating unknown ones from the residuals."""
+    """Estimate unknown standard deviations from the residuals of a fit."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)
     made: list[Array] = []

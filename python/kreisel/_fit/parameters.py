@@ -1,9 +1,9 @@
-"""Free parameters of a fit: their blocks, bounds, natural scales, names and units.
+"""Parameters of a fit, with their bounds, typical magnitudes, names and units.
 
-The principal moments are (b + c, c + a, a + b) with a, b, c >= 0; every trial describes a rigid
-body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its current
-value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics and
-Automation Letters 7 (2022) 2132.
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial describes a
+rigid body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its
+current value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics
+and Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The values of all parameters, free or not; vectors have principal-axis components.
+    """The values of all parameters; vectors have components along the principal axes.
 
     attitude     quaternion from the principal axes to space
     rate         angular velocity relative to the support
@@ -142,7 +142,7 @@ class Point:
         return made
 
     def relative_angular_velocity(self, q: Array, m: Array) -> Array:
-        """Return the angular velocity relative to the support, given a state of the motion."""
+        """Return the angular velocity relative to the support for attitude q and momentum m."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
@@ -152,7 +152,7 @@ class Point:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with its initial state at the time `since`."""
+        """Build a scene described in its principal axes that starts at the time `since`."""
         body = Body(
             self.mass,
             self.moments,
@@ -173,7 +173,7 @@ class Point:
         )
 
     def shaking_from(self, t: float) -> Vector | None:
-        """Return the shaking for a scene that starts at the time t of the motion."""
+        """Return the parameters of the shaking with the phase at the time `t`."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -219,7 +219,7 @@ def _is_physical(point: Point) -> bool:
 
 
 def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
+    """Parse the names of the free parameters; "start" stands for the attitude and the velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -236,7 +236,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return a matrix of shape (3, n) whose columns indicate the n groups of equal numbers."""
+    """Return an indicator matrix of shape (3, n) for the n groups of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -280,7 +280,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_support(self, length: float) -> None:
-        """Raise ValueError if the support or friction makes derivatives impossible."""
+        """Raise ValueError if friction or a shaken support cannot be fitted."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -314,7 +314,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the columns for a property of an instrument, and return its initial values."""
+        """Add the parameters of an instrument, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add_columns(key, 3 if name == "mounting" else 1)
@@ -334,7 +334,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: Point, step: Array) -> Point:
-        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
+        """Return the point displaced by `step` and clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -364,7 +364,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
-        """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
+        """Return equivalent shaking parameters with a positive rate and a sign as in the scene."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -401,7 +401,7 @@ class Parameters:
         return made
 
     def natural_sizes(self, point: Point, span: float) -> Array:
-        """Return the magnitude that counts as a significant change of each parameter.
+        """Return the typical magnitude of a change of each parameter.
 
         span  the length of the records [T]
         """
@@ -440,7 +440,7 @@ class Parameters:
         return made
 
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with positive friction if the friction is free.
+        """Build a scene at which the derivatives with respect to all free parameters exist.
 
         Derivatives with respect to friction do not exist at zero friction.
         """
@@ -456,7 +456,7 @@ class Parameters:
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene for a point, in the frame of description of the user's body.
+        """Build a scene from the parameters, in the frame of description chosen by the user.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
@@ -541,7 +541,7 @@ class Parameters:
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
     def _evaluate_motion_block(self, name: str, point: Point, rows: Array) -> Array:
-        """Return the values of a block of the motion, and write their derivatives to `rows`."""
+        """Return the values of a group of parameters, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.columns_of(name)
         if name == "attitude":

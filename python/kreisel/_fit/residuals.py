@@ -41,7 +41,7 @@ class Evaluation(NamedTuple):
 
 
 class EndState(NamedTuple):
-    """The attitude q and angular momentum m at the end of a segment, and their derivatives."""
+    """Attitude and angular momentum at the end of a segment, with their derivatives."""
 
     q: Array
     m: Array
@@ -53,7 +53,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True, eq=False)
 class SeriesRows:
-    """A series of a record, and its rows in the residual vector.
+    """The measurements of one quantity, and their position in the residual vector.
 
     record  the index of the record
     series  the measurements
@@ -84,7 +84,7 @@ class SeriesRows:
 
 
 def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[SeriesRows, ...]:
-    """Return a Rows object for each series of the records, given the standard deviations."""
+    """Assign rows of the residual vector to each measured quantity."""
     made: list[SeriesRows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -174,13 +174,13 @@ class ResidualModel:
         return Evaluation(residuals, jacobian)
 
     def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
-        """Return the distinct times of all records, and the indices of each record's times."""
+        """Return the distinct measurement times, and the index of each measurement among them."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
     def _shift_times(self, point: Point) -> tuple[Array, list[Indices]]:
-        """Return the measurement times of the instruments on the clock of the motion."""
+        """Correct the measurement times for the clock delays of the instruments."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
             return self._unshifted
@@ -216,14 +216,14 @@ class ResidualModel:
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Return the path at times of one sign; trial runs with tangents have a step limit."""
+        """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
     def _scene_jacobian(self, point: Point) -> Array:
-        """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
+        """Return the Jacobian matrix of the scene attributes with respect to the fit parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
@@ -276,12 +276,12 @@ class _RowBuilder:
         )
 
     def _instrument_value(self, name: str) -> Array | None:
-        """Return a property of the instrument that measured the series, or None if it has none."""
+        """Return a property of the instrument, or None if it is not modelled."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
     def _instrument_slice(self, name: str) -> slice | None:
-        """Return the columns of a property of the instrument, or None if it is not fitted."""
+        """Return the columns of an instrument property, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 

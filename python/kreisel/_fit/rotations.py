@@ -100,7 +100,7 @@ def tilt_to(direction: Array) -> Array:
 
 
 def inverse_left_jacobian(v: Array) -> Array:
-    """Return the matrices L for which log(exp(d) exp(v)) = v + L d to first order."""
+    """Return the matrices L that satisfy log(exp(d) exp(v)) = v + L d for small vectors d."""
     angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
     k = cross_matrix(v)
     safe = np.where(angle > _SMALL, angle, 1.0)
