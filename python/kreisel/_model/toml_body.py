@@ -19,8 +19,8 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` may be given in addition to this table. `elsewhere` maps a
-    misplaced key to the table where it belongs.
+    constructor. The key `rotor` may be given in addition to this table. `elsewhere` maps each key
+    of another table to the name of that table.
     """
     words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():
