@@ -1,1 +1,1 @@
-"""Results of runs: paths built from the output of the core, and exceptions for failed runs."""
+"""Results of runs as paths and ensembles, and exceptions for failed runs."""

@@ -1,4 +1,4 @@
-"""Tables of a chaos indicator and the resulting classification, for pandas and xarray."""
+"""Conversion of chaos indicators to pandas and xarray."""
 
 from __future__ import annotations
 

@@ -45,9 +45,9 @@ if TYPE_CHECKING:
 class Path(ReadOnlyArrays, Tables):
     """The motion of a scene at n times.
 
-    All arrays are read-only, but their copies are writeable; t, q and m are views of `states`, and
-    other quantities are computed on first access. Vectors are given by their components in the
-    space frame unless stated otherwise.
+    All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
+    `states`, and other quantities are computed on first access. Vectors are given by their
+    components in the space frame unless stated otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  the name of the method; the attributes step (negative: back in time), tol and digits
@@ -109,17 +109,17 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of all states [rad], estimated from a second run.
+        """The estimated largest error of the attitude [rad].
 
-        The second run is a closed form if one applies exactly and is sufficiently accurate.
-        Otherwise, the second run is a Taylor series in 20-digit arithmetic. The series uses 30
-        digits if `digits` was passed to solve, or if a closed form differs too much from the
+        The second computation uses a closed form if one applies exactly and is sufficiently
+        accurate. Otherwise, it is a Taylor series in 20-digit arithmetic. The series has 30 digits
+        if the argument `digits` of solve was given, or if a closed form deviates too much from the
         20-digit series.
 
-        For a path computed with 30 digits, the error is estimated from three runs with shorter
-        steps and from the growth of rounding errors. A path computed with method='geometric' may
-        not store the attitude. In this case, the value is the largest error of the run that the
-        step search accepted. If nothing is known about the attitude, the value is pi.
+        For a path computed with 30 digits, the error is estimated from the growth of rounding
+        errors and from three computations with shorter steps. A path computed with
+        method='geometric' may not store the attitude. In this case, the value is the error that was
+        estimated when the step was chosen. If nothing is known about the attitude, the value is pi.
         """
         if not len(self):
             return 0.0
@@ -159,7 +159,7 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path that contains the states of the same run at the times `t`.
+        """Return a path of the same motion at other times.
 
         The states are bitwise identical to those that kreisel.solve returns for these times.
 
@@ -276,10 +276,10 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events in the form in which path.save writes them.
+        """The events in the form required by `path.save`.
 
-        This form consists of a path that contains the states at the events, and of the indices and
-        directions of the events.
+        The tuple contains a path through the states at the events, and the indices and directions
+        of the events.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -300,8 +300,8 @@ class Path(ReadOnlyArrays, Tables):
     def _repr_html_(self) -> str | None:
         """Return this path as a picture for display in notebooks.
 
-        Returns None if matplotlib is not installed, if the path has no or too many states, or if it
-        lacks quantities that the picture needs. In this case, the notebook displays the repr.
+        Returns None if matplotlib is not installed, if the path is empty or too long, or if a
+        quantity needed for the picture is missing. In this case, the notebook displays the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -320,12 +320,12 @@ class Path(ReadOnlyArrays, Tables):
     ) -> Film:
         """Return an animation of the body with the trace of its apex, drawn with matplotlib.
 
-        The animation can be displayed in a notebook or saved to a file. A body that is symmetric
-        about its apex is drawn as a body of revolution, and any other body as a cuboid. The
-        proportions of the drawn body are derived from the moments of inertia. The centre of the
-        drawn body is on the line through the fixed point and the centre of mass. The floor is below
-        the lowest position of the body, and shows the shadow of the body. The camera views the
-        initial tilt from the side.
+        The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
+        about the apex are drawn as bodies of revolution, and all others as cuboids. The proportions
+        of the drawn body are derived from the moments of inertia. The centre of the drawn body is
+        on the line through the fixed point and the centre of mass. The floor is below the lowest
+        position of the body, and shows the shadow of the body. The camera views the initial tilt
+        from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -383,7 +383,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """Base class of exceptions for runs that end before the last requested time.
+    """Base class of exceptions for runs that ended early.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -415,11 +415,10 @@ class Interrupted(RunStop, KeyboardInterrupt):
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception for the status with which a run ended.
+    """Return the exception that describes why a run ended.
 
-    If the run failed or was interrupted, the exception is a RunStop that contains the path;
-    otherwise it reports invalid input. `where` is a message text that states the time reached by
-    the run.
+    An early end of the run is reported by a RunStop that contains the path, and invalid input by a
+    ValueError. `where` is a message text that states the time reached by the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -434,7 +433,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 def make_path(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
-    """Return a path that contains all states in `result`, a result of the core."""
+    """Build a path from a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.path_options
@@ -444,9 +443,9 @@ def make_path(
 def path_or_raise(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
-    """Return a path built from a core result, limited to the quantities in `options.want`.
+    """Build a path from a result of the core, and reduce it to the requested quantities.
 
-    If the status of the result is not 'OK', the exception given by stop_exception is raised.
+    Raises the exception of stop_exception if the run failed.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
@@ -461,9 +460,9 @@ def drop_unrequested_quantities(
 ) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
-    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of the
-    quantities, the computation is repeated, and kreisel.Interrupted is raised with the complete
-    path. `end` is the last requested time.
+    If `want` is None, the path itself is returned. After Ctrl-C, the quantities are computed once
+    more, and kreisel.Interrupted is raised with the complete path. The last requested time is
+    `end`.
     """
     if want is None:
         return path
