@@ -21,8 +21,8 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
     """Return parameters of motions that make one turn more or one turn less between samples.
 
-    Returns an empty list if the body rotates too slowly to be ambiguous. A faster spin in the same
-    direction is included only if there are fewer than two samples per turn. If the moments of
+    Returns an empty list if the body rotates too slowly to be ambiguous. A faster rotation in the
+    same direction is listed only if there are fewer than two samples per turn. If the moments of
     inertia are free, the list also contains motions with the same momentum but a different moment
     of inertia.
     """

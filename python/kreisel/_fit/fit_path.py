@@ -11,7 +11,7 @@ from .parameters import Parameters, Point
 
 
 def solve_pieces(parameters: Parameters, pieces: tuple[tuple[float, Point], ...], t: Array) -> Path:
-    """Return the path of a fitted motion at increasing times, joined from its segments."""
+    """Compute the path of a fitted motion, which may consist of several segments."""
     scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
     begins = np.array([begin for begin, _ in pieces])
     owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)

@@ -254,7 +254,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return a Fit built from the best solution found by a search."""
+    """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
@@ -336,7 +336,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
-    """Describe each moment of inertia, damping or friction parameter at its lower bound."""
+    """Describe the parameters that have reached their lower bounds."""
     sentences = []
     distances = p.distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):

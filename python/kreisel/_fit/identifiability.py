@@ -55,7 +55,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes that some instruments cannot detect, with descriptions."""
+    """Yield parameter changes to which some instruments are insensitive, with descriptions."""
     yield from _list_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)

@@ -2,15 +2,15 @@
 
 Let R be the attitude. Let W be the angular velocity in the inertial frame, and U the angular
 velocity relative to the support. Let J be the inertia tensor, D the damping, f the friction and h
-the angular momentum of the rotor. If the support turns with angular velocity O, let L x = x + O x
-int x dt. With the unit vector a to the centre of mass,
+the angular momentum of the rotor. For a support with angular velocity O, define L x = x + O x int x
+dt. With the unit vector a to the centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
-is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, R is known
-relative to the initial attitude. In this case, the equation is linear in the products of the
-components of c and of the unknown vertical direction, and the rotation of the support is neglected.
-The trace e of the apex of a symmetric top satisfies
+is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
+is known only relative to its initial value. The equation is then linear in the products of the
+components of the centre of mass c and of the unknown vertical direction. For a gyroscope alone, the
+rotation of the support is neglected. The trace e of the apex of a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -162,7 +162,7 @@ def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _replace_body(
     parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
 ) -> Point:
-    """Return the initial parameters with the free body parameters replaced by estimates."""
+    """Replace the free parameters of the body by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -191,7 +191,7 @@ def _replace_body(
 def _point_through_state(
     parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
 ) -> Point:
-    """Return initial conditions for which the motion has the given state at the time `since`."""
+    """Return parameters for which the motion passes through a given state at the time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.has_free("attitude") else point.attitude,
@@ -238,7 +238,7 @@ def _solve_equations(
 def _list_equation_columns(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> list[Array]:
-    """Return the columns of the linear equations as arrays of shape (n, 3, k)."""
+    """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _known_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
@@ -265,7 +265,7 @@ def _list_equation_columns(
 
 
 def _known_support_velocity(motion: MotionData, base: Point) -> Array:
-    """Return the angular velocity of the support, or zero if it is irrelevant or unknown."""
+    """Return the components of the support's angular velocity that enter the equations."""
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
     is_upright = motion.source == "vertical"
@@ -308,7 +308,7 @@ def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
-    """Return the integrals of `values` from the first to each time, by the trapezoidal rule."""
+    """Integrate sampled values cumulatively by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     made = np.zeros_like(values)
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
@@ -318,7 +318,7 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 def _match_axes(solution: _Solution, base: Point) -> Array:
     """Return the estimated principal axes, ordered to match the moments of inertia of the scene.
 
-    Their signs are chosen so that the centre of mass is close to that of the scene.
+    The signs of the axes are chosen so that the centre of mass is close to that of the scene.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))
@@ -342,7 +342,7 @@ def _frame_with_vertical(vertical: Array) -> Array:
 
 
 def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
-    """Return guesses from the apex trace, assuming that the body is symmetric about its apex."""
+    """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
@@ -372,11 +372,11 @@ def _mean_precession(trace: ApexTrace) -> float:
 
 
 def _list_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Estimate the spin and the gravity torque from the nutation frequencies in an apex trace.
+    """Estimate the spin and the torque of gravity from the nutation frequencies of the apex.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. Here w is measured in the
-    inertial frame.
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
+    measured in the inertial frame.
     """
     height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace) + turning
     mean = float(np.clip(height.mean(), -1.0, 1.0))
@@ -443,7 +443,7 @@ def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
 
 
 def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
-    """Return the values and derivatives of a trace, smoothed by local cubic fits.
+    """Smooth apex directions by local cubic fits, and return their values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """

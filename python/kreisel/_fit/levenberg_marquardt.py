@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt method in natural units, without steps along blind directions.
+"""Levenberg-Marquardt method without steps along undetermined directions.
 
 In natural units, eigenvectors of J^T J with negligible eigenvalues are directions along which the
 residuals do not change. Steps have no component along these directions, which prevents the search
@@ -133,7 +133,7 @@ def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:
 
 
 class _DampedSteps:
-    """The damped Gauss-Newton steps from one point."""
+    """Damped Gauss-Newton steps from a given point."""
 
     def __init__(
         self, evaluation: Evaluation, natural: Array, distances: Array, is_stiff: bool

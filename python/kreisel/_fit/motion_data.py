@@ -166,7 +166,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Reconstruct a motion from attitudes; angular velocities are finite differences."""
+    """Reconstruct a motion from attitudes, with angular velocities from finite differences."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
@@ -179,7 +179,7 @@ def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
 
 
 def _relative_rotations(q: Array, stride: int) -> Array:
-    """Return the rotation from each attitude to the attitude `stride` rows later."""
+    """Return the rotations between attitudes that are `stride` rows apart."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 

@@ -1,4 +1,4 @@
-"""Multiple shooting: segments of a motion with separate initial states, joined without gaps.
+"""Multiple shooting, which fits a motion in segments with separate initial states.
 
 The allowed size of the gaps between segments is reduced in several stages. Errors grow only within
 a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock, Recent advances
@@ -42,7 +42,7 @@ _START = ("attitude", "velocity")
 
 
 class PieceStarts(NamedTuple):
-    """The initial states of all segments. The first point also contains all other parameters."""
+    """The initial states of all segments; the first also contains all other parameters."""
 
     points: tuple[Point, ...]
 

@@ -17,7 +17,7 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 
 def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
-    """Return the given or estimated standard deviations of all series."""
+    """Return the standard deviations of all measurements, estimating those that are unknown."""
     made: list[Array] = []
     for record in records:
         for series in record.series:
@@ -30,7 +30,7 @@ def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
 
 
 def _estimate_from_neighbours(series: Series) -> float:
-    """Return the noise level of a series, estimated from second differences of its values."""
+    """Estimate the noise of a series of measurements from second differences."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
         return _UNKNOWN * series.spread

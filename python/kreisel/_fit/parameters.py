@@ -1,9 +1,8 @@
 """Parameters of a fit, with their bounds, typical magnitudes, names and units.
 
 The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial describes a
-rigid body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its
-current value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics
-and Automation Letters 7 (2022) 2132.
+rigid body. The attitude is parametrized by a small rotation from its current value, which avoids
+singularities. Source: Rucker and Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -117,7 +116,7 @@ class Point:
 
     @cached_property
     def moments(self) -> Array:
-        """The principal moments, each at least 1e-12 times their sum."""
+        """The principal moments of inertia, each at least 1e-12 times their sum."""
         made: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
         return safe
@@ -129,7 +128,7 @@ class Point:
 
     @cached_property
     def inertial_velocity(self) -> Array:
-        """The angular velocity relative to the inertial frame, in principal-axis components."""
+        """The angular velocity in the inertial frame, with components along the principal axes."""
         if not self.is_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
@@ -137,7 +136,7 @@ class Point:
 
     @cached_property
     def momentum(self) -> Array:
-        """The angular momentum, in principal-axis components."""
+        """The angular momentum, with components along the principal axes."""
         made: Array = self.moments * self.inertial_velocity + self.rotor
         return made
 
@@ -152,7 +151,7 @@ class Point:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Build a scene described in its principal axes that starts at the time `since`."""
+        """Build a scene that starts at the time `since`, described in its principal axes."""
         body = Body(
             self.mass,
             self.moments,
@@ -173,7 +172,7 @@ class Point:
         )
 
     def shaking_from(self, t: float) -> Vector | None:
-        """Return the parameters of the shaking with the phase at the time `t`."""
+        """Return the `shaking` parameters with the phase advanced to the time `t`."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -187,7 +186,7 @@ class Point:
 
 
 def point_of_scene(scene: Scene) -> Point:
-    """Return the parameters of a scene."""
+    """Convert a scene to the parameters of a fit."""
     body = scene.body
     moments = np.array(body.moments)
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
@@ -213,7 +212,7 @@ def point_of_scene(scene: Scene) -> Point:
 
 
 def _is_physical(point: Point) -> bool:
-    """Return True if some mass distribution has these moments, mass and centre of mass."""
+    """Return True if a rigid body can have the given moments of inertia and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
@@ -236,7 +235,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return an indicator matrix of shape (3, n) for the n groups of equal numbers."""
+    """Return a matrix of zeros and ones with a column for each group of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -334,7 +333,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: Point, step: Array) -> Point:
-        """Return the point displaced by `step` and clipped to the bounds."""
+        """Move a point by `step`, and clip the result to the bounds of the parameters."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -364,7 +363,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
-        """Return equivalent shaking parameters with a positive rate and a sign as in the scene."""
+        """Return equivalent `shaking` parameters with a positive rate."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -396,7 +395,7 @@ class Parameters:
         return made
 
     def moments_jacobian(self) -> Array:
-        """Return the Jacobian matrix of the moments with respect to the free densities."""
+        """Return the derivatives of the principal moments with respect to their free parameters."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
@@ -440,9 +439,10 @@ class Parameters:
         return made
 
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Build a scene at which the derivatives with respect to all free parameters exist.
+        """Build a scene for which all required derivatives exist.
 
-        Derivatives with respect to friction do not exist at zero friction.
+        Friction is positive in this scene, because derivatives with respect to friction do not
+        exist at zero.
         """
         if self.has_free("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
@@ -501,8 +501,8 @@ class Parameters:
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the Jacobian matrix of the values with respect to a step, of shape (size,
-        size).
+        The last item is the Jacobian matrix of the values with respect to a parameter step, of
+        shape (size, size).
         """
         names: list[str] = []
         units: list[str] = []

@@ -1,8 +1,8 @@
 """Predictions of measurable quantities and their derivatives with respect to the parameters.
 
 The core differentiates with respect to the attributes of a scene, and the chain rule yields the
-derivatives with respect to the fit parameters. Body-fixed vectors have components in the frame of
-description.
+derivatives with respect to the fit parameters. Vectors fixed in the body have components in the
+frame in which the user describes the body.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotionStates:
-    """The states of a motion in principal axes, and their derivatives (tangents).
+    """The states of a motion and their derivatives, described in the principal axes.
 
     block      the scene of the point, for the core
     states     (n, 8)
@@ -201,7 +201,7 @@ class MotionStates:
 
     @cached_property
     def _support_velocity(self) -> Prediction:
-        """The angular velocity of the support, in principal-axis components."""
+        """The angular velocity of the support, with components along the principal axes."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
@@ -216,7 +216,7 @@ class MotionStates:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the inertial frame, in principal-axis components."""
+        """Predict the angular velocity relative to the inertial frame."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative

@@ -78,7 +78,7 @@ class Series(NamedTuple):
 
     @property
     def spread(self) -> float:
-        """The standard deviation of the measured values, or 1 rad for attitudes and angles."""
+        """The standard deviation of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0
         number = np.maximum(self.measured.sum(axis=0), 1)
@@ -88,7 +88,7 @@ class Series(NamedTuple):
 
     @property
     def size(self) -> float:
-        """The root mean square of the measured values, or 1 rad for attitudes and angles."""
+        """The root mean square of the values, defined as 1 rad for angles and attitudes."""
         if self.is_attitude or self.is_angle:
             return 1.0
         square = float((self.values**2).sum()) / max(int(self.measured.sum()), 1)
@@ -172,7 +172,7 @@ class Record(ReadOnlyArrays):
 
     @property
     def missing(self) -> int:
-        """The number of missing values (NaN), where an attitude counts as three."""
+        """The number of missing values (NaN); an attitude counts as 3."""
         return sum(len(self.t) * one.residuals_per_row for one in self.series) - self.size
 
     def __repr__(self) -> str:
@@ -260,7 +260,7 @@ def _check_sigma_names(sigma: Sigma, values: Mapping[str, ArrayLike]) -> None:
 
 
 def _resolve_name(name: object) -> tuple[str, int | None]:
-    """Return the quantity and the component index denoted by `name`."""
+    """Find the quantity and the component index that `name` denotes."""
     if not isinstance(name, str):
         raise TypeError(f"the names in values must be strings, not {short_repr(name)}")
     quantity, part = (name, None) if name in _KNOWN else _PARTS.get(name, (name, None))

@@ -1,4 +1,4 @@
-"""Residuals of records, in units of their standard deviations, and their Jacobian matrix."""
+"""Residuals of measurements in units of their standard deviations, and their Jacobian matrix."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class SeriesRows:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
     def residuals_of_series(self, residuals: Array) -> Array:
-        """Return the residuals of the series, as an array of shape (n, width)."""
+        """Return the residuals as an array with one row per measurement time."""
         return residuals[self.row_slice].reshape(self.shape)
 
 
@@ -96,7 +96,7 @@ def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Serie
 
 
 class ResidualModel:
-    """The residuals of records as functions of the parameters.
+    """The residuals of the measurements as functions of the parameters.
 
     parameters   the free parameters
     rows         the series and their places in the residuals
@@ -138,7 +138,7 @@ class ResidualModel:
         return self.parameters.distances_to_bounds(point)
 
     def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
-        """Return the residuals at a point; they are infinite if no path can be computed there."""
+        """Evaluate the residuals, which are infinite if the motion cannot be computed."""
         try:
             return self._evaluate(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -260,7 +260,7 @@ class ResidualModel:
 
 
 class _RowBuilder:
-    """The residuals of one series at one point, and their derivatives."""
+    """The residuals of one measured quantity, and their derivatives."""
 
     def __init__(self, rows: SeriesRows, motion: MotionStates, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
@@ -276,12 +276,12 @@ class _RowBuilder:
         )
 
     def _instrument_value(self, name: str) -> Array | None:
-        """Return a property of the instrument, or None if it is not modelled."""
+        """Return the value of an instrument property, or None if the instrument lacks it."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
     def _instrument_slice(self, name: str) -> slice | None:
-        """Return the columns of an instrument property, or None if it is not fitted."""
+        """Return the columns of an instrument property, or None if the property is fixed."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
@@ -318,7 +318,7 @@ class _RowBuilder:
         return Prediction(found.values @ self.view.T, by, rate)
 
     def differentiate(self) -> Array:
-        """Return the derivatives of the residuals, as an array of shape (n, width, size)."""
+        """Return the derivatives of the residuals with respect to the parameters."""
         if self.rows.series.is_attitude:
             made = self._differentiate_attitudes()
         else:

@@ -213,7 +213,7 @@ class SearchSession:
             self._minimize_by_shooting(model, model.place_on_motion(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
-        """Search from the initial guesses, best guess first, until a fit is excellent."""
+        """Try the initial guesses, best one first, until the fit is excellent."""
         points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -227,9 +227,9 @@ class SearchSession:
             self._search_with_slow_growth(points[0][2])
 
     def _search_with_slow_growth(self, point: Point) -> None:
-        """Fit the records in many small stages, starting with the body of the scene.
+        """Fit slowly growing parts of the measurements, starting from the body of the scene.
 
-        Small stages prevent the search from losing the phase of an oscillation. Moments of inertia
+        Slow growth prevents the search from losing the phase of an oscillation. Moments of inertia
         estimated from noisy data are biased, which would shift the frequencies.
         """
         body = self.parameters.start
@@ -329,7 +329,7 @@ class SearchSession:
             self._replace_best(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _choose_heading(self) -> None:
-        """Rotate the best solution about the vertical to match the scene's `turning` direction.
+        """Rotate the best solution about the vertical to match the scene's direction of `turning`.
 
         Body-mounted instruments cannot detect this rotation.
         """
@@ -415,14 +415,14 @@ class SearchSession:
         return found.point
 
     def _model_up_to(self, horizon: float) -> ResidualModel | None:
-        """Return a model of the measurements up to a time, or None if they are too few."""
+        """Return a model of the measurements with |t| <= horizon, or None if there are too few."""
         records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
     def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the records restricted to |t| <= horizon, and their standard deviations."""
+        """Return the measurements with |t| <= horizon, and their standard deviations."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
@@ -432,7 +432,7 @@ class SearchSession:
         return records, sigmas
 
     def _find_agreement(self, point: Point) -> tuple[float, float]:
-        """Return the time until which a motion agrees with the measurements, and its cost.
+        """Return how long a motion agrees with the measurements, and its cost.
 
         The cost is computed with the soft loss.
         """
@@ -446,7 +446,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Try to fit the motion in at least `least` segments, and keep a better result."""
+        """Try to fit the motion in at least `least` segments, and keep any better result."""
         for guess in guesses:
             count = pieces or choose_pieces(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -556,7 +556,7 @@ class SearchSession:
         return float(np.sqrt((own @ own) / own.size))
 
     def check_sensitivity(self) -> None:
-        """Raise ValueError if a series is insensitive to all free parameters."""
+        """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:

@@ -75,7 +75,7 @@ def select_columns(
     t: str,
     parts: Mapping[str, tuple[str, int]],
 ) -> tuple[Array, dict[str, Array]]:
-    """Return the times and a dict {quantity: values} from a table.
+    """Select the times and the measured quantities from a table.
 
     `parts` maps component names, such as "apex_x", to a quantity and an index.
     """

@@ -28,7 +28,7 @@ _FEWEST = 6  # residuals that a correlation needs
 
 
 class ResidualStatistics(NamedTuple):
-    """Statistics of residuals measured in standard deviations.
+    """Statistics of the residuals of a fit.
 
     chi2         the sum of squares; for the soft loss, of the residuals within 3 sigma
     dof          the number of residuals minus the number of parameters
@@ -60,7 +60,8 @@ class Spectrum:
     def propagate_errors(self, gradient: Array) -> tuple[Array, Array]:
         """Return the covariance matrix and standard deviations of k functions from their gradients.
 
-        The error of a function is infinite if the function varies mainly along blind directions.
+        The error of a function is infinite if it varies mainly along directions that the data do
+        not determine.
         """
         scaled = gradient * self.natural
         along = scaled @ self.factor
@@ -83,7 +84,8 @@ class Spectrum:
 def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
     """Analyse which directions of the first `size` parameters are determined.
 
-    A direction counts as undetermined if one standard deviation along it exceeds the natural scale.
+    A direction counts as undetermined if one standard deviation along it exceeds the typical
+    magnitude of the parameters.
     """
     triangle = np.linalg.qr(jacobian * natural, mode="r")
     _, values, vectors = np.linalg.svd(triangle)
@@ -121,7 +123,7 @@ def compute_statistics(
 
 
 def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> float:
-    """Return the mean correlation of neighbouring residuals for each component of each series."""
+    """Return the mean correlation of neighbouring residuals for each measured component."""
     found = []
     for one in rows:
         values, measured = one.residuals_of_series(residuals), one.is_measured
@@ -140,7 +142,7 @@ def measure_nonlinearity(
     """Return the relative deviation of chi2 from a quadratic function at one standard deviation.
 
     The deviation is measured in both senses along the most uncertain direction, and the larger
-    value is returned. The standard deviation includes the inflation factor.
+    value is returned.
     """
     if not spectrum.factor.size:
         return 0.0

@@ -1,4 +1,4 @@
-"""NumPy indexing for ensembles and arrays of bodies, which store their parameters as columns."""
+"""NumPy indexing for ensembles and for arrays of bodies."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 class Batch(Generic[_M]):
     """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
-    A column has the shape of the batch followed by the shape of one value. Along a dimension in
-    which all values are equal, the stride is zero.
+    Each parameter is stored in an array with the shape of the batch, followed by the shape of one
+    value. Values that do not vary along a dimension are stored with stride zero.
     """
 
     shape: Shape
@@ -161,7 +161,7 @@ class Batch(Generic[_M]):
         return self._map_columns(take_from_column, order.shape, self._names)
 
     def _take_members(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
-        """Return the members with the flat indices `order`, counted in C order."""
+        """Return a batch of the members with the given flat indices."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 

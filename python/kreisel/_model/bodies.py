@@ -99,8 +99,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Validate all parameters and store them as columns.
 
-        For an invalid member, raises the exception that the constructor `make` raises for the
-        parameters `words`.
+        Raises the exception of the single-body constructor `make` for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
         made = _parse_flags("unphysical", unphysical)
@@ -228,8 +227,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build an array of bodies from their inertia about the centre of mass (see Body.from_com).
 
-        The inertia [M L^2] has the same form as in Bodies. `com` and `pivot` have the shape (...,
-        3) [L].
+        The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` have the shape
+        (..., 3) [L].
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -345,7 +344,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
-    """Return a parameter of moments or, if the last two dimensions have length 3, of matrices.
+    """Parse inertia given as moments or, if the last two dimensions have length 3, as matrices.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
@@ -375,8 +374,7 @@ def _check_matrix(name: str, matrix: object) -> None:
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
     """Add point masses at the positions `at` to tensors of inertia.
 
-    The result is given by moments of inertia if all tensors are diagonal, and otherwise by
-    matrices.
+    The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
     """
     x, y, z = split_components(at)
     with np.errstate(all="ignore"):

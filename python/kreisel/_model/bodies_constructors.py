@@ -1,4 +1,4 @@
-"""Constructors of arrays of homogeneous bodies: vectorized versions of the constructors of Body."""
+"""Vectorized versions of the constructors of homogeneous bodies."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build bodies from their moments of inertia about the centre of mass.
 
-        The centre of mass is on the third axis at `height`. For an invalid member, raises the
-        exception that the constructor `make` raises for the parameters `words`.
+        The centre of mass is on the third axis at `height`. Raises the exception of the single-body
+        constructor `make` for the first invalid member.
         """
         raise NotImplementedError
 
@@ -53,7 +53,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of one type of shape from either masses or densities."""
+        """Build homogeneous bodies of a given type of shape from masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)

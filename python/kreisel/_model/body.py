@@ -68,7 +68,7 @@ class Body(BodyConstructors):
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
-    point, unless `unphysical` is True. For such a body, `body.unphysical` is True.
+    point, unless `unphysical` is True. The attribute `unphysical` of such a body is True.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -257,8 +257,8 @@ class Body(BodyConstructors):
                  include the rotor
         axis     direction of the rotor's axis in the frame of the body, of any length
 
-        The angular momentum spin * inertia of the rotor is added to `body.rotor`. Raises ValueError
-        if the axis is zero or the inertia is not positive.
+        The angular momentum of the rotor, spin * inertia, is added to `body.rotor`. Raises
+        ValueError if the axis is zero or the inertia is not positive.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -312,9 +312,9 @@ class Body(BodyConstructors):
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
-        Each kind is recognized to a relative tolerance of 7e-15, which allows for rounding errors
-        in the parameters. A rotor makes the kind 'general', except that an 'euler' or 'lagrange'
-        body with a rotor along its symmetry axis keeps its kind.
+        The conditions for each kind are checked to a relative tolerance of 7e-15, which allows for
+        rounding errors in the parameters. A body with a rotor is of kind 'general', except for
+        'euler' and 'lagrange' bodies whose rotor lies along the symmetry axis.
         """
         return body_kind(self._block, KIND_RTOL)
 

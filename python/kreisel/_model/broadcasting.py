@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, validate: Validator) -> None:
-        """Raise the exception that `validate` raises for the first value marked in `bad`."""
+        """Raise the exception of `validate` for the first value marked in `bad`."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.error_at(index, validate)
@@ -74,7 +74,8 @@ def to_python(value: Any) -> Any:
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
     """Convert an argument to a parameter whose values have the shape `value` and are finite.
 
-    A Parameter is returned unchanged. Error messages describe the expected form as `what`.
+    An argument that is already a Parameter is returned unchanged. `what` describes the expected
+    form in error messages.
     """
     if isinstance(given, Parameter):
         return given
@@ -110,14 +111,14 @@ def select_validator(value: Shape) -> Validator:
 
 
 def parse_positive(name: str, given: object) -> Parameter:
-    """Return a parameter with these values; raise ValueError unless all are positive."""
+    """Parse a parameter whose values must be positive."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
-    """Return a parameter with these values; raise ValueError if any is negative."""
+    """Parse a parameter whose values must not be negative."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
@@ -126,7 +127,7 @@ def parse_non_negative(name: str, given: object) -> Parameter:
 def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions, in which the stride is zero, to length 1.
 
-    Only the first `lead` dimensions are reduced; by default, all of them are.
+    By default, all dimensions are reduced, otherwise only the first `lead`.
     """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
@@ -182,9 +183,10 @@ def shape_of(*words: Parameter) -> Shape:
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
-    """Name each dimension after the only parameter that varies along it, or return None for it.
+    """Name each dimension after the only parameter that varies along it.
 
-    The parameter must be a scalar that varies along no other dimension.
+    The parameter must be a scalar that varies along no other dimension. All other dimensions have
+    the name None.
     """
     if not shape:
         return ()

@@ -99,8 +99,7 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build tops whose Euler angles and rates have already been computed.
 
-        For an invalid member, raises the exception that the constructor `one` raises for
-        `parameters`.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         around, columns = parse_environments(environment)
         broadcast_shape(body, [*parameters, *around])
@@ -146,8 +145,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build an array of symmetric tops that spin about their axes (see Scene.spinning).
 
-        `spin`, `tilt` and `precession` are numbers or arrays, and the remaining parameters of the
-        environment are described in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
+        `spin`, `tilt` and `precession` are numbers or arrays. The arguments `gravity` to `friction`
+        have the same meaning as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -190,7 +189,7 @@ def split_vectors(vector: Array) -> Components:
 
 
 def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
-    """Return the parameter `tilt`; raise ValueError if any angle is outside [0, pi]."""
+    """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))

@@ -1,4 +1,4 @@
-"""Ensemble data: the parameters of many tops, broadcast to one shape and validated together."""
+"""Storage of the parameters of an ensemble."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class EnsembleData(Batch[S]):
-    """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
+    """Base class of kr.Ensemble that validates and stores the parameters."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies
@@ -82,7 +82,7 @@ class EnsembleData(Batch[S]):
     ) -> Self:
         """Validate and store the columns of the ensemble.
 
-        For the first invalid member, raises the exception of the single-top constructor `one`.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
@@ -237,7 +237,7 @@ class EnsembleData(Batch[S]):
 
 
 def _dimensions_of_value(name: str) -> int:
-    """Return the number of dimensions of a single value in a column."""
+    """Return the number of dimensions of one value of a parameter."""
     return int(name not in ("gravity", "friction"))
 
 
@@ -284,7 +284,7 @@ def reproduce_member_error(
 
 
 def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the parameter from which the momentum is computed.
+    """Parse the parameter that determines the angular momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.
@@ -326,7 +326,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Compute the angular momentum in the space frame from the initial conditions `start`.
+    """Compute angular momenta in the space frame from the parameter `start`.
 
     The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
     supports.

@@ -91,7 +91,7 @@ def check_friction(given: object) -> float:
 
 
 def advance_shaking(shaking: Vector, t: float) -> Vector:
-    """Return the shaking for a scene that starts at the time `t` of another scene.
+    """Return the `shaking` parameters of a scene that starts at the time `t` of another scene.
 
     The phase at `t` is computed in rational arithmetic and rounded once.
     """

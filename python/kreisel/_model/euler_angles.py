@@ -55,7 +55,7 @@ def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quater
     """Compute the attitude of a body from its Euler angles.
 
     The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` and
-    `start` are the scene and the state of the unrotated body, in the format of the core.
+    `start` represent the unrotated body in the core.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -148,10 +148,10 @@ def steady_rate(
     """Return the rate W of steady precession.
 
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
-    and I3 are the transverse and axial moments of inertia, and m g l is the gravitational torque on
-    a horizontal top. The larger root is computed without cancellation, and the smaller one from the
-    product of the roots. Raises ValueError if no steady precession exists; the message then states
-    the least spin for which one exists.
+    and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
+    gravity. The larger root is computed without cancellation, and the smaller one from the product
+    of the roots. Raises ValueError if no steady precession exists; the message then states the
+    least spin for which one exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -113,7 +113,7 @@ def inertia_at_fixed_point(
 ) -> Array:
     """Return the tensor of inertia at the fixed point, from either `inertia` or `about_com`.
 
-    Raises ValueError unless exactly one of these tensors is given.
+    Raises ValueError unless exactly one of `inertia` and `about_com` is given.
     """
     if (inertia is None) == (about_com is None):
         both = "not none" if about_com is None else "not both"
@@ -125,7 +125,7 @@ def inertia_at_fixed_point(
 
 
 def check_tolerance(inertia_rtol: object) -> float:
-    """Return the relative tolerance of the triangle inequality for the principal moments.
+    """Validate the relative tolerance of the triangle inequality for the principal moments.
 
     Raises ValueError unless the tolerance is at least 0 and less than 1.
     """

@@ -1,4 +1,4 @@
-"""Scenes: a body, its environment, and its state at t = 0."""
+"""Scenes and ensembles of scenes."""
 
 from __future__ import annotations
 
@@ -62,8 +62,8 @@ class Scene:
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
-    constructor. For a needle-like body, rounding the momentum causes an error of the axial angular
-    velocity of about I1 / I3 times the unit roundoff.
+    constructor. For a needle-like body, rounding the momentum changes the axial angular velocity by
+    a relative amount of about I1 / I3 times the unit roundoff.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared
@@ -402,8 +402,8 @@ class Scene:
 class Ensemble(EnsembleConstructors[Scene]):
     """An array of scenes, whose parameters broadcast to a common shape.
 
-    Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
-    one shape, such as (n,), (500, 500) or ().
+    Each parameter of kr.Scene may be a single value or an array of values. All parameters broadcast
+    to one shape, such as (n,), (500, 500) or ().
 
     body      a kr.Body for all tops, or kr.Bodies
     momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or

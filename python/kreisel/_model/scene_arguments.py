@@ -82,6 +82,6 @@ def _momentum_of_velocity(
 
 
 def _with_negative_zeros(vector: Vector) -> Vector:
-    """Return the vector with zero components replaced by -0.0."""
+    """Replace zero components of a vector by -0.0."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

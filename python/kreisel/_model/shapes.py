@@ -1,4 +1,4 @@
-"""Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
+"""Volume, second moments and centre of mass of homogeneous shapes.
 
 Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
 moments of inertia are mass * (s_y + s_z) and its cyclic permutations (Goldstein, Classical

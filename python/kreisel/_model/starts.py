@@ -46,7 +46,7 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return the potential U at the verticals P, an array of shape (n, 3)."""
+        """Return the potential U for vertical directions P, an array of shape (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
@@ -92,13 +92,13 @@ class _EnergySurface(NamedTuple):
         return made
 
     def min_potential(self) -> float:
-        """Return the minimum of U, found by refining the best grid points with Newton's method."""
+        """Return the global minimum of the potential U."""
         P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
     def _newton_minimum(self, P: Array) -> float:
-        """Return a local minimum of U near P by Newton's method on the sphere.
+        """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
         Each step uses the absolute values of the curvatures, so U decreases along the step. Among
         successively halved step lengths, the one with the smallest U is used.
@@ -252,7 +252,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
 
 
 def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
+    """Return an array of shape (end - begin, 8) of uniformly distributed numbers in [0, 1).
 
     Philox is a counter-based generator, so row i depends only on `seed`, `trial` and begin + i.
     """
@@ -271,7 +271,7 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def draw_verticals(self, drawn: Array) -> Array:
-        """Convert three random numbers each to uniformly distributed points in the cells."""
+        """Draw uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
@@ -286,7 +286,7 @@ class _SphereCells(NamedTuple):
         return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
 
     def halve_cells(self) -> _SphereCells:
-        """Return the two halves of each cell, which is cut across its longer side."""
+        """Divide each cell into two halves across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -300,7 +300,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
-    """Return small cells that together cover all verticals P with U(P) <= energy."""
+    """Return small cells that cover all directions P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):

@@ -1,4 +1,4 @@
-"""TOML input and output of scenes; tables contain constructor arguments in full precision."""
+"""TOML input and output of scenes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 
 def read_limited_text(file: BinaryIO) -> str:
-    """Return the text of a file, device or pipe.
+    """Read the text of a file, device or pipe.
 
     Raises ValueError if the text is longer than 1 MiB or not valid UTF-8.
     """
@@ -47,7 +47,7 @@ def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
 
 
 def parse_tables(text: str) -> dict[str, object]:
-    """Return the tables and values of a TOML text."""
+    """Parse a TOML text, and return its tables and values."""
     import tomllib  # imported here to keep `import kreisel` fast
 
     try:
@@ -72,9 +72,8 @@ def call_constructor(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. `elsewhere` maps each key of another table to
-    the name of that table. `others` contains further keys that the error message for an unknown key
-    may suggest.
+    Raises ValueError for unknown and missing keys. `elsewhere` maps keys of other tables to a
+    phrase for the error message. The error message may also suggest the keys in `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

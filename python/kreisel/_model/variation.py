@@ -145,7 +145,7 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Compute the Euler angles and rates of tops with the varied spin, tilt or precession.
+    """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
     Parameters that do not vary are taken from the scene. The flags `steady` select steady
     precession, and the faster of its two rates.
@@ -184,7 +184,7 @@ def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
 
 
 def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Compute the Euler angles and rates of tops with the varied angles or rates.
+    """Compute the Euler angles and rates for varied angles or rates.
 
     Parameters that do not vary are taken from the scene.
     """
@@ -217,8 +217,8 @@ def scatter(
 ) -> E:
     """Build an ensemble of `n` variants of `scene` with normally distributed perturbations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The members equal the members
-    begin to begin + n - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The result contains the members
+    `begin` to `begin` + `n` - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
@@ -274,7 +274,7 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
 
 
 def _rotate_first(q: Four, r: Components) -> Four:
-    """Rotate the bodies by the rotation vectors `r` before the attitudes `q` are applied."""
+    """Compose each attitude in `q` with a preceding rotation by the vector in `r`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

@@ -1,1 +1,1 @@
-"""Results of runs as paths and ensembles, and exceptions for failed runs."""
+"""Results of runs: paths, ensembles of paths, and exceptions."""

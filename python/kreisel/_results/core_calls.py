@@ -19,16 +19,16 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class RunOrigin(NamedTuple):
-    """The time and the low-order words of the state from which a run started.
+    """The time and the low-order words of the initial state of a run.
 
-    The time is 0 unless the state of the run has been changed by `push` or `reset`.
+    The time is nonzero only after a `push`, a `reset` or a change of the scene.
     """
 
     begin: float = 0.0
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the origin as a JSON value, or None if it is the default."""
+        """Return a JSON representation, or None for the default origin."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]

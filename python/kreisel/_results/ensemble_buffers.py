@@ -1,4 +1,4 @@
-"""Buffers with one row per top of an ensemble, in C order, and the core calls that fill them."""
+"""Buffers for the results of an ensemble, and the core calls that fill them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 class RawEvents(NamedTuple):
     """Events of several tops, stored as arrays of equal length.
 
-    `top` is the row of the top, `states` and `low` are the state and its low-order words, and
+    `top` is the row of the top, and `states` and `low` are the state and its low-order words.
     `which` and `direction` are the index and the direction of the event.
     """
 
@@ -39,7 +39,7 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, and assign them to the tops `numbers`."""
+        """Return the selected events with new row numbers."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
@@ -132,7 +132,7 @@ class EnsembleBuffers:
         return part
 
     def _events_of_rows(self, which: Which) -> list[RawEvents]:
-        """Return the events of the selected rows, which are renumbered from 0."""
+        """Return the events of the selected rows, with rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set the status of tops that have not run to ERR_INTERRUPTED, and their values to NaN."""
+        """Mark tops that have not run as interrupted, with NaN as their values."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low
@@ -199,10 +199,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run a slice of an ensemble in SIMD lanes, and return its rows of `buffers`.
+    """Run a slice of an ensemble in SIMD lanes, and return the buffers of this slice.
 
-    The returned rows share memory with `buffers`. `work` can stop the run, and specifies the number
-    of threads.
+    The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
+    threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
     failed, last = Worker(*options.core, options.reductions_for_core, work).run(
@@ -255,7 +255,7 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
 def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
     """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c).
 
-    The bit flags in `bits` select the differentiation parameters.
+    `bits` is a bit mask of the parameters with respect to which tangents were computed.
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape

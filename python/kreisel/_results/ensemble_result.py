@@ -70,7 +70,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The step size used [T], always positive; None if the method chose it or has none."""
+        """The absolute value of the step size [T], or None if the method chose it or has none."""
         return self._options.solve.step
 
     @property
@@ -80,7 +80,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def digits(self) -> int | None:
-        """The number of digits used; None if it was not given."""
+        """The requested number of digits, or None if it was not given."""
         return self._options.solve.digits
 
     def _to_ensemble_shape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
@@ -107,7 +107,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        The names are those of the constants in kreisel.h, without their prefix.
+        Each name is that of a constant in kreisel.h without its prefix.
         """
         return self._to_ensemble_shape(np.array(STATUSES)[self._buffers.status])
 
@@ -165,8 +165,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of this top and the number of failed tops. The `.path` of the exception is
-        the path of this top, and its `.paths` is this result.
+        states the index of the failed top and the number of all failed tops. The attribute `path`
+        of the exception is the path of this top, and `paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

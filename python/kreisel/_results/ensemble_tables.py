@@ -101,7 +101,7 @@ def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array
 
 
 def _array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
-    """Return the names of the component dimensions of a quantity, with their labels."""
+    """Return the dimension names and labels for the components of a quantity."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 
@@ -146,9 +146,9 @@ def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
 
 
 def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Broadcast values with the dimensions `dims` to the ensemble, and list one value per top.
+    """Broadcast values to the ensemble, and return a list with one value per top.
 
-    Vectors are returned as tuples.
+    Vector values are returned as tuples.
     """
     axes = tops.axes
     own = [d for d in dims if d not in axes]

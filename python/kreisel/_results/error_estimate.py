@@ -93,12 +93,12 @@ def estimate_error(
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """Return the changes of attitude and momentum that rounding the state can cause, as columns.
+    """Return the possible effects of rounding on the attitude and the momentum, as columns.
 
-    Each change is divided by the relative rounding error. For at most 16 digits, the rounding error
-    of the momentum is relative to the largest moment of inertia times the estimated angular
-    velocity. For more digits, the core stores the momentum in the frame of the body. Rounding the
-    attitude then also rotates the momentum, and each component has its own relative rounding error.
+    Each column is divided by the relative rounding error. For at most 16 digits, the momentum is
+    rounded relative to the largest moment of inertia times the estimated angular velocity. For more
+    digits, the core stores the momentum in the frame of the body. Rounding the attitude then also
+    rotates the momentum, and each component has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
@@ -111,11 +111,10 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_rotations(scene: Scene) -> Array:
-    """Return rotation vectors in the body frame [rad] that represent the rounding of the attitude.
+    """Return the rotations that can result from rounding the attitude, as rotation vectors [rad].
 
-    The core stores the attitude of the principal axes as a quaternion. Each component of this
-    quaternion is a sum of products, and the rounding error of each product is proportional to its
-    magnitude.
+    The core stores the attitude of the principal axes as a quaternion. Each component of the
+    quaternion is a sum of products, each of which has a relative rounding error.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -137,14 +136,15 @@ def rounding_growth(
     progress: Progress | Work | None = None,
     origin: RunOrigin = ORIGIN,
 ) -> tuple[CoreResult, float]:
-    """Return the largest amplification of initial rounding errors, preceded by the states used.
+    """Estimate how much a motion amplifies rounding errors of its initial state.
 
-    This factor is the change of attitude [rad] divided by the relative rounding error. The estimate
-    is based on tangents from the Taylor series, regardless of the method that computed the path.
-    For at most 16 digits, the largest amplification of any single rounding error is returned. For
-    more digits, the effects of all rounding errors are combined as independent errors. The
-    amplification is infinite if a tangent overflows. The returned states are those at which the
-    amplification was evaluated. If the run fails, the states after the failure are missing.
+    The amplification is the change of attitude [rad] divided by the relative rounding error. The
+    estimate is based on tangents from the Taylor series, regardless of the method that computed the
+    path. For at most 16 digits, the largest amplification of any single rounding error is returned.
+    For more digits, the effects of all rounding errors are combined as independent errors. The
+    amplification is infinite if a tangent overflows. The first return value is the result of the
+    core from which the amplification was computed. If the run fails, the states after the failure
+    are missing.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -61,7 +61,7 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
+    """Return the flat indices, in C order, of the elements of an array that `key` selects."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 

@@ -90,7 +90,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The final value of the indicator: a float for a scene, an array for an ensemble."""
+        """The final value of the indicator, a float for a scene or an array for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` above which a motion is classified as chaotic: 4.
+        """The value of `final_megno`, 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
@@ -116,7 +116,7 @@ class Indicator(ReadOnlyArrays):
         A motion is classified as chaotic if `final_megno` exceeds `threshold`. The Lyapunov
         exponent of a motion classified as regular is below about 2 * threshold / t. A motion that
         starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
-        classified as chaotic. The value is False if the run of a top failed. See also `doubt`.
+        classified as chaotic. The value is False for a top whose run failed. See also `doubt`.
         """
         return _scalar_or_array(self.final_megno > THRESHOLD)
 
@@ -132,8 +132,8 @@ class Indicator(ReadOnlyArrays):
         - fewer than 100 turns, unless the motion is chaotic.
 
         In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
-        chaotic without doubt. Some chaotic tops were classified as regular without doubt. Their
-        share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
+        chaotic without doubt. Some chaotic tops were classified as regular without doubt. The share
+        of such errors was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
@@ -149,7 +149,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Return reasons why the classification is doubtful, for all runs that did not fail."""
+        """Return the tops to which each reason for doubt applies."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),

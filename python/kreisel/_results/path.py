@@ -1,4 +1,4 @@
-"""Paths: the states of a run at the requested times, and quantities computed on access."""
+"""Paths, which contain the states of a run and compute quantities on access."""
 
 from __future__ import annotations
 
@@ -109,17 +109,18 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def error(self) -> float:
-        """The estimated largest error of the attitude [rad].
+        """The estimated error of the attitude [rad], as the maximum over all states.
 
-        The second computation uses a closed form if one applies exactly and is sufficiently
-        accurate. Otherwise, it is a Taylor series in 20-digit arithmetic. The series has 30 digits
-        if the argument `digits` of solve was given, or if a closed form deviates too much from the
-        20-digit series.
+        The reference for the estimate is a closed form if one applies exactly and is sufficiently
+        accurate. Otherwise, the reference is a Taylor series in 20-digit arithmetic. A 30-digit
+        series is used if `digits` was passed to solve, or if the closed form deviates too much from
+        the 20-digit series.
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
         method='geometric' may not store the attitude. In this case, the value is the error that was
-        estimated when the step was chosen. If nothing is known about the attitude, the value is pi.
+        estimated during the choice of the step. If nothing is known about the attitude, the value
+        is pi.
         """
         if not len(self):
             return 0.0
@@ -147,7 +148,7 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def plan(self) -> Plan:
-        """The kreisel.Plan of this path: what the solver used and omitted, and the reasons."""
+        """The kreisel.Plan of this path, with the choices of the solver and their reasons."""
         return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
@@ -159,7 +160,7 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path of the same motion at other times.
+        """Return the path of the same motion at other times.
 
         The states are bitwise identical to those that kreisel.solve returns for these times.
 
@@ -171,9 +172,9 @@ class Path(ReadOnlyArrays, Tables):
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        The run is repeated from its initial state to the last of these times, whereas a closed form
-        is evaluated directly. The returned path contains the quantities in `want`, but neither
-        events nor tangents.
+        The motion is computed again from its initial state, except that closed forms are evaluated
+        directly. The returned path contains the quantities in `want`, but neither events nor
+        tangents.
 
         Raises ValueError for times outside the range of the path. Raises ValueError for the path of
         a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
@@ -219,7 +220,7 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def start_time(self) -> float:
-        """The time of the initial state of `path.scene` [T].
+        """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
         For such a run, the value is the time of the last change before the path begins.
@@ -278,8 +279,8 @@ class Path(ReadOnlyArrays, Tables):
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form required by `path.save`.
 
-        The tuple contains a path through the states at the events, and the indices and directions
-        of the events.
+        The tuple contains a path with the states at the events, and the indices and directions of
+        the events.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -324,8 +325,8 @@ class Path(ReadOnlyArrays, Tables):
         about the apex are drawn as bodies of revolution, and all others as cuboids. The proportions
         of the drawn body are derived from the moments of inertia. The centre of the drawn body is
         on the line through the fixed point and the centre of mass. The floor is below the lowest
-        position of the body, and shows the shadow of the body. The camera views the initial tilt
-        from the side.
+        position of the body, and shows the shadow of the body. The camera is placed so that the
+        initial tilt is seen from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -403,13 +404,13 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a failed run; `.path` contains the computed states, `.status` the reason."""
+    """Exception for a failed run, with the computed states in `.path` and a name in `.status`."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Exception for a run interrupted by Ctrl-C; `.path` contains the computed states."""
+    """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
 
     __module__ = "kreisel"
 
@@ -418,7 +419,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception that describes why a run ended.
 
     An early end of the run is reported by a RunStop that contains the path, and invalid input by a
-    ValueError. `where` is a message text that states the time reached by the run.
+    ValueError. `where` is a text that states the time reached by the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -445,7 +446,7 @@ def path_or_raise(
 ) -> Path:
     """Build a path from a result of the core, and reduce it to the requested quantities.
 
-    Raises the exception of stop_exception if the run failed.
+    Raises the exception returned by `stop_exception` if the run failed.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
@@ -474,6 +475,6 @@ def drop_unrequested_quantities(
 
 
 def progress_text(path: Path, end: float) -> str:
-    """Return a message with the time that a path reached and the last requested time `end`."""
+    """Describe the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -78,7 +78,7 @@ class ColumnRecorder:
             self._events.append(part._events)
 
     def build_path(self, last: Path) -> Path:
-        """Build the path from the recorded quantities, with the options of the path `last`."""
+        """Build a path from the recorded quantities and events."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)

@@ -28,7 +28,7 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Run all tops up to the validated times `t`, and return the result.
+    """Compute the motions of all tops at validated times.
 
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """

@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Return the entries of `rows` that contain states, as an array of length e."""
+        """Select the entries of `rows` that contain states."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
@@ -232,7 +232,7 @@ def run_section(
 ) -> EnsembleBuffers:
     """Compute the Poincaré sections of a slice of an ensemble.
 
-    Each row of `t` repeats the maximum waiting time of one top.
+    Each row of `t` contains the maximum waiting time of one top.
     """
     part = buffers.select_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None

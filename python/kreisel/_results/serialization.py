@@ -95,8 +95,8 @@ def load_path(
 ) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events are returned as a path through their states, with their indices and directions.
-    Raises ValueError if the file is not an archive written by dump_path.
+    The events are returned as a path with their states, and their indices and directions. Raises
+    ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
@@ -147,7 +147,7 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
-    """Parse the step that method='geometric' chose from a JSON object.
+    """Parse the JSON description of the step that method='geometric' chose.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
     """
@@ -174,7 +174,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
 ) -> PathFields:
-    """Read the arrays of a path from an archive, and return the path that contains them."""
+    """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")

@@ -1,4 +1,4 @@
-"""Readings of instruments fixed to the body: inertial angular velocity and specific force.
+"""Readings of body-mounted gyroscopes and accelerometers.
 
 Let U be the angular velocity relative to the support, and O the angular velocity of the support,
 both in the body frame. The angular velocity in the inertial frame is then W = U + O. Since O is

@@ -74,7 +74,7 @@ class States(QuantityAttributes):
 
     @property
     def step(self) -> float | None:
-        """The step size used [T]; negative if the path runs backwards in time.
+        """The step size [T], which is negative if the path runs backwards in time.
 
         The value is None if the method has no step size, or if it chose the step size itself.
         """
@@ -87,7 +87,7 @@ class States(QuantityAttributes):
 
     @property
     def digits(self) -> int | None:
-        """The number of digits requested; None if `digits` was not given."""
+        """The requested number of digits, or None if it was not given."""
         return self._options.digits
 
     @property
@@ -186,11 +186,11 @@ class States(QuantityAttributes):
         frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
 
         With "start", the first six columns are the derivatives with respect to the initial state;
-        they form an identity matrix at t = 0. They are followed by the requested derivatives with
-        respect to scene parameters, in this order: the moments (3), the centre of mass (3),
-        gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of
-        mass and the rotor are given by their components along the principal axes. Each column
-        contains the derivatives with respect to one parameter at constant initial momentum.
+        they form an identity matrix at t = 0. The requested derivatives with respect to scene
+        parameters follow in this order: the moments (3), the centre of mass (3), gravity, mass,
+        damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of mass and the
+        rotor are given by their components along the principal axes. Each column contains the
+        derivatives with respect to one parameter at constant initial momentum.
         """
         return self._tangents().high
 
@@ -206,8 +206,8 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their magnitude.
 
-        The estimate is the largest magnitude of the last Taylor terms of the tangents. The steps
-        are chosen for the accuracy of the path, not for that of the tangents.
+        The estimate is the largest magnitude among the last retained Taylor terms of the tangents.
+        The steps are chosen for the accuracy of the path, not for that of the tangents.
 
         For a kreisel.ExactTorus, the estimate is the largest difference between the tangents
         computed with orders 6 and 8. The difference is divided by the magnitude of the tangent or,
@@ -236,9 +236,10 @@ class States(QuantityAttributes):
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
         quantity depends on the direction of the apex. The functions `kowalewski` and
-        `goryachev_chaplygin` are conserved only for special bodies. Their derivatives are NaN for
-        parameters whose variation violates the conditions on the body. These parameters are the
-        moments of inertia, and the component of com along the axis of the unequal moment.
+        `goryachev_chaplygin` are conserved only for special bodies. The derivatives of these
+        functions are NaN for parameters whose variation violates the conditions on the body. These
+        parameters are the moments of inertia, and the component of com along the axis of the
+        unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -276,7 +277,7 @@ class States(QuantityAttributes):
         """(n, 3) the angular velocity that a gyroscope on the body measures [T^-1].
 
         The angular velocity is relative to the inertial frame, with components in the body frame.
-        It differs from `body_velocity` only if the support turns.
+        The inertial angular velocity differs from `body_velocity` only if the support turns.
         """
         if not any(self.scene.turning):
             return self.body_velocity

@@ -175,7 +175,7 @@ class Tables(States):
             ('time', 'principal_axis', 'axis')
 
         Each variable has the attributes `long_name` and `units`. The units are a dimension such as
-        'M L T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
+        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
         in TOML format. The arguments and exceptions are the same as for to_pandas, except that
         ImportError refers to xarray.
         """
