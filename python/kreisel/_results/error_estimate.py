@@ -95,10 +95,10 @@ def estimate_error(
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     """Return the possible effects of rounding on the attitude and the momentum, as columns.
 
-    Each column is divided by the relative rounding error. For at most 16 digits, the momentum is
-    rounded relative to the largest moment of inertia times the estimated angular velocity. For more
-    digits, the core stores the momentum in the frame of the body. Rounding the attitude then also
-    rotates the momentum, and each component has its own rounding error.
+    Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
+    of the momentum is proportional to the largest moment of inertia and the estimated angular
+    velocity. For more digits, the core stores the momentum in the frame of the body. Rounding the
+    attitude then also rotates the momentum, and each component has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
@@ -142,9 +142,8 @@ def rounding_growth(
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
     path. For at most 16 digits, the largest amplification of any single rounding error is returned.
     For more digits, the effects of all rounding errors are combined as independent errors. The
-    amplification is infinite if a tangent overflows. The first return value is the result of the
-    core from which the amplification was computed. If the run fails, the states after the failure
-    are missing.
+    amplification is infinite if a tangent overflows. Returns the core result of the run used for
+    the estimate, and the amplification. If the run fails, the states after the failure are missing.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -1,4 +1,4 @@
-"""Indices of path states and of ensemble members, and validation of times."""
+"""Validation of indices and times."""
 
 from __future__ import annotations
 

@@ -230,7 +230,7 @@ class Path(ReadOnlyArrays, Tables):
     def scene_at(self, i: int) -> Scene:
         """Return a scene whose initial state, at t = 0, is the i-th state of this path.
 
-        The phase of a shaken support is set to the phase at the time of this state. Raises
+        The phase of a shaken support is advanced to the time of the selected state. Raises
         IndexError if the path has no state with this index.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
