@@ -326,7 +326,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Compute angular momenta in the space frame from the parameter `start`.
+    """Compute angular momenta in the space frame from velocities or momenta.
 
     The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
     supports.

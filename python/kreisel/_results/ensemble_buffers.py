@@ -1,4 +1,4 @@
-"""Buffers for the results of an ensemble, and the core calls that fill them."""
+"""Buffers for the results of an ensemble, and the functions that fill them."""
 
 from __future__ import annotations
 

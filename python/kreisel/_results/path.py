@@ -384,7 +384,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """Base class of exceptions for runs that ended early.
+    """Base class of exceptions for runs that ended before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -418,8 +418,8 @@ class Interrupted(RunStop, KeyboardInterrupt):
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception that describes why a run ended.
 
-    An early end of the run is reported by a RunStop that contains the path, and invalid input by a
-    ValueError. `where` is a text that states the time reached by the run.
+    The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
+    text that states the time reached by the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
