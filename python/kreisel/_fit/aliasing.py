@@ -1,6 +1,6 @@
-"""Spin aliases: faster or slower motions that fit sparsely sampled records equally well.
+"""Alternative spins that fit sparsely sampled measurements equally well.
 
-Rotations that differ by a whole turn between two samples cannot be distinguished.
+Measured attitudes cannot distinguish motions that differ by a full turn between samples.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 
 
 def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]) -> list[Point]:
-    """Return the parameters of motions with one turn more or one turn less between two samples.
+    """Return parameters of motions that make one turn more or one turn less between samples.
 
-    The list is empty if the body does not rotate fast about any axis. A faster spin in the same
-    direction is included only if there are fewer than two samples per turn. If the moments of
-    inertia are free, each alias also has a variant with the same momentum. The moment of inertia
-    about the rotation axis of this variant is changed accordingly.
+    Returns an empty list if the body rotates too slowly to be ambiguous. A faster rotation in the
+    same direction is listed only if there are fewer than two samples per turn. If the moments of
+    inertia are free, the list also contains motions with the same momentum but a different moment
+    of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -43,7 +43,7 @@ def list_aliases(parameters: Parameters, point: Point, records: Sequence[Record]
 
 
 def _yield_fast_rotation_axes(point: Point, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
+    """Yield the axes about which the body rotates fast, with the angular velocities."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
@@ -55,7 +55,7 @@ def _yield_fast_rotation_axes(point: Point, least: float) -> Iterator[tuple[Arra
 def _alias_with_same_momentum(
     p: Parameters, alias: Point, axis: Array, factor: float
 ) -> list[Point]:
-    """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
+    """Rescale a moment of inertia so that an alternative motion has the original momentum."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.has_free("moments") and is_principal and 0.0 < factor < np.inf):
@@ -67,7 +67,7 @@ def _alias_with_same_momentum(
 
 
 def describe_alias(point: Point, alias: Point) -> str:
-    """Return a sentence that describes another initial state with an equally good fit."""
+    """Describe an alternative angular velocity that fits equally well."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "

@@ -61,12 +61,12 @@ def fit(
               sum of squares per degree of freedom; an exception in it stops the fit
 
     During the search, the moments of inertia obey the triangle inequalities, and the friction is
-    nonnegative. The search for `turning` and `shaking` starts from the values in `scene`. On a
-    turning support, a gyroscope measures "inertial_velocity"; "body_velocity" is relative to the
-    support. The reported errors are first-order standard deviations. The errors are enlarged if the
-    residuals are correlated, or larger than the given standard deviations. Along directions that
-    the data do not determine, the parameters keep the values of the initial guess. The result lists
-    these directions.
+    nonnegative. The initial guesses of `turning` and `shaking` are taken from `scene`. On a turning
+    support, a gyroscope measures "inertial_velocity", whereas "body_velocity" is the angular
+    velocity relative to the support. The reported errors are first-order standard deviations. The
+    errors are enlarged if the residuals are correlated, or larger than the given standard
+    deviations. Along directions that the data do not determine, the parameters keep the values of
+    the initial guess. The attribute `unidentified` describes these directions.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -82,10 +82,10 @@ def fit(
 
     Raises TypeError or ValueError for invalid arguments, for fewer measured values than free
     parameters, and for a quantity that no free parameter affects. Raises kreisel.Error if no motion
-    can be computed from any guess, and kreisel.FitInterrupted (a KeyboardInterrupt) after Ctrl-C,
-    with the best fit so far as `.fit`. Warns (UserWarning) if the search does not converge, or if
-    no motion fits the measurements. Also warns if the residuals of a soft-loss fit are larger than
-    their standard deviations explain.
+    can be computed from the initial guesses. Ctrl-C raises kreisel.FitInterrupted (a
+    KeyboardInterrupt), whose attribute `fit` is the best fit so far. Warns (UserWarning) if the
+    search does not converge, or if no motion fits the measurements. Also warns if the residuals of
+    a soft-loss fit are larger than their standard deviations explain.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free(free), _parse_records(records)
@@ -140,7 +140,6 @@ def _better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _no_motion_error(session: SearchSession) -> Error:
-    """Return the exception raised by the motion of the first guess."""
     session.check_start()
     try:
         session.solve_guess()

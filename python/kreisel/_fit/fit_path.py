@@ -1,4 +1,4 @@
-"""Paths of fitted motions, which may consist of several segments and start before t = 0."""
+"""Computation of the path of a fitted motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .parameters import Parameters, Point
 
 
 def solve_pieces(parameters: Parameters, pieces: tuple[tuple[float, Point], ...], t: Array) -> Path:
-    """Return the path at increasing times; each state is computed from the start of its segment."""
+    """Compute the path of a fitted motion, which may consist of several segments."""
     scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
     begins = np.array([begin for begin, _ in pieces])
     owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)

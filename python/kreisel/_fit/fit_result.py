@@ -108,9 +108,9 @@ class Fit(ReadOnlyArrays):
 
     @cached_property
     def path(self) -> Path:
-        """The motion at all measurement times, corrected for the clock delays of the instruments.
+        """The fitted motion at all measurement times, corrected for instrument delays.
 
-        If the motion has several segments, each state is computed from the start of its segment.
+        A motion with several segments is computed from the initial state of each segment.
         """
         times = []
         for i, record in enumerate(self.records):
@@ -156,7 +156,6 @@ class Fit(ReadOnlyArrays):
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _distance_to_bound(self, k: int) -> float:
-        """Return the distance of parameter k from its bound."""
         return float(self._parameters.distances_to_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
@@ -200,7 +199,7 @@ class Fit(ReadOnlyArrays):
         return pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the scene as TOML text, preceded by the summary as a comment.
+        """Return the fitted scene as TOML text, with the summary of the fit as a comment.
 
         Scene.from_toml reads the scene. If `path` is given, also write the text to this file.
         """
@@ -255,7 +254,7 @@ def _as_numbers(value: ArrayLike) -> Array:
 
 
 def make_fit(session: SearchSession) -> Fit:
-    """Return a Fit built from the best solution found by a search."""
+    """Build a Fit from the best solution found by a search."""
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
@@ -300,7 +299,7 @@ def make_fit(session: SearchSession) -> Fit:
 def _moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
-    """Return the ratios of the other moments to the last moment, with standard deviations."""
+    """Return the ratios of the moments of inertia to the last one, with standard deviations."""
     if not p.has_free("moments"):
         return {}
     *others, last = range(*p.columns_of("moments").indices(p.size))
@@ -337,7 +336,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: Point, natural: Array) -> tuple[str, ...]:
-    """Return one sentence for each density, damping or friction parameter that is zero."""
+    """Describe the parameters that have reached their lower bounds."""
     sentences = []
     distances = p.distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):

@@ -1,8 +1,7 @@
-"""Directions in parameter space along which all residuals stay constant, and their descriptions.
+"""Descriptions of parameter changes that the measurements cannot detect.
 
-Each generator is a parameter change that leaves some kinds of measurements unchanged. The blind
-directions of a fit, which change no residual, are compared with all generators. A blind direction
-that matches no generator is described by its largest components.
+A list of known symmetries is compared with the directions in parameter space that leave all
+residuals unchanged. A direction that matches no symmetry is described by its largest components.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ Blocks = Mapping[str, Array]
 def describe_blind_directions(
     parameters: Parameters, point: Point, natural: Array, blind: Array, names: list[str]
 ) -> tuple[str, ...]:
-    """Return a sentence for each blind direction, given as a column of `blind` in natural units."""
+    """Describe each direction in parameter space that the residuals do not determine."""
     sentences: list[str] = []
     left = blind
     for sentence, change in _list_generators(parameters, point):
@@ -56,7 +55,7 @@ def _describe_mixture(direction: Array, names: list[str]) -> str:
 
 
 def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes that leave some measurements unchanged, with descriptions."""
+    """Yield parameter changes to which some instruments are insensitive, with descriptions."""
     yield from _list_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
@@ -78,7 +77,7 @@ def _list_generators(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]
 def _yield_change_if_free(
     p: Parameters, sentence: str, blocks: Blocks
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the change of the given parameter blocks if all of them are free."""
+    """Yield a parameter change with its description if all affected parameters are free."""
     if not all(p.has_free(name) for name in blocks):
         return
     change = np.zeros(p.size)
@@ -88,7 +87,7 @@ def _yield_change_if_free(
 
 
 def _average_over_groups(columns: Array, values: Array) -> Array:
-    """Return the mean of the values in each group of equal parameters, a column of `columns`."""
+    """Return the mean of the values in each group of equal parameters."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
 
@@ -131,7 +130,7 @@ def _list_scalings(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
 
 
 def _list_torque_scalings(p: Parameters, point: Point) -> dict[str, dict[str, Array]]:
-    """Return the changes that scale the torque of gravity, one for each factor of the torque."""
+    """Return the parameter changes that rescale the torque of gravity."""
     made = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},
@@ -178,7 +177,6 @@ def _list_rotations_about_axis(p: Parameters, point: Point) -> Iterator[tuple[st
 
 
 def _list_clock_shifts_and_rotations(p: Parameters, point: Point) -> Iterator[tuple[str, Array]]:
-    """Yield shifts of all clocks, and rotations of the principal axes relative to the attitude."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start)
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]

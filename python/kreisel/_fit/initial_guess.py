@@ -1,16 +1,16 @@
 """Initial guesses of the parameters, computed from the records by linear least squares.
 
-Let R be the attitude. Let U be the angular velocity relative to the support, and W the angular
-velocity relative to the inertial frame. Let J be the tensor of inertia, D the damping, f the
-friction and h the momentum of the rotor. On a support that turns with the angular velocity O, let L
-x = x + O x int x dt. With the unit vector a to the centre of mass,
+Let R be the attitude. Let W be the angular velocity in the inertial frame, and U the angular
+velocity relative to the support. Let J be the inertia tensor, D the damping, f the friction and h
+the angular momentum of the rotor. For a support with angular velocity O, define L x = x + O x int x
+dt. With the unit vector a to the centre of mass,
 
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
-is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, R is known
-relative to the initial attitude. The equation is then linear in the products of the components of c
-and those of the unknown vertical. The rotation of the support is neglected in this case. The trace
-e of the apex of a symmetric top satisfies
+is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
+is known only relative to its initial value. The equation is then linear in the products of the
+components of the centre of mass c and of the unknown vertical direction. For a gyroscope alone, the
+rotation of the support is neglected. The trace e of the apex of a symmetric top satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -54,7 +54,7 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 
 
 class Guess(NamedTuple):
-    """Initial parameters for a search, and the measured motion used to compute them, if any.
+    """An initial guess of the parameters, and the measured motion from which it was computed.
 
     motion   its attitudes are from the principal axes of the point to space
     allowed  (size, size) projection on the changes to which a first search is confined, or None
@@ -66,7 +66,7 @@ class Guess(NamedTuple):
 
 
 class _Solution(NamedTuple):
-    """Solution of the linear equations; all fields except the vertical share an unknown factor."""
+    """Solution of the linear equations, determined up to a constant factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -76,16 +76,16 @@ class _Solution(NamedTuple):
 
 
 class _EnergyLosses(NamedTuple):
-    """The energy losses included in the linear equations."""
+    """The types of energy loss included in the linear equations."""
 
     is_damped: bool
     is_rubbed: bool
 
 
 def guess_from_records(parameters: Parameters, records: Sequence[Record]) -> list[Guess]:
-    """Return guesses with the measured initial state, and with the scene's body or an improved one.
+    """Compute initial guesses of the parameters from the records.
 
-    The list is empty if the records do not determine a motion.
+    Returns an empty list if the motion cannot be reconstructed from the records.
     """
     base = parameters.start
     made: list[Guess] = []
@@ -139,7 +139,7 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _Solution)
 
 
 def _to_support_frame(motion: MotionData, turning: Array) -> MotionData:
-    """Return the motion relative to a support that initially coincides with the inertial frame."""
+    """Transform a motion from the inertial frame to the frame of a rotating support."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
@@ -153,7 +153,7 @@ def _friction_axis(base: Point) -> Array:
 
 
 def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
-    """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
+    """Return the samples recorded before the spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
     return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
@@ -162,7 +162,7 @@ def _select_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _replace_body(
     parameters: Parameters, moments: Array, lever: Array, losses: _Solution | None
 ) -> Point:
-    """Return the parameters of the scene, with the free body parameters taken from a solution."""
+    """Replace the free parameters of the body by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -191,7 +191,7 @@ def _replace_body(
 def _point_through_state(
     parameters: Parameters, point: Point, since: float, attitude: Array, rate: Array
 ) -> Point:
-    """Return the parameters whose motion passes through the given state at the time `since`."""
+    """Return parameters for which the motion passes through a given state at the time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.has_free("attitude") else point.attitude,
@@ -214,7 +214,7 @@ def _point_through_state(
 def _solve_equations(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> _Solution | None:
-    """Solve the momentum equation using the singular vector of the smallest singular value.
+    """Solve the homogeneous linear equations by singular value decomposition.
 
     Returns None if there are too few samples, or if the body has a rotor and its principal axes are
     unknown.
@@ -238,7 +238,7 @@ def _solve_equations(
 def _list_equation_columns(
     motion: MotionData, base: Point, is_heavy: bool, losses: _EnergyLosses
 ) -> list[Array]:
-    """Return the coefficients of each term of the equation, as arrays of shape (n, 3, k)."""
+    """Return the columns of the coefficient matrix as arrays of shape (n, 3, k)."""
     t, rotation, rotor = motion.t, rotation_matrix(motion.attitude), base.rotor
     turning = _known_support_velocity(motion, base)
     rate = motion.rate + turning @ rotation
@@ -265,10 +265,7 @@ def _list_equation_columns(
 
 
 def _known_support_velocity(motion: MotionData, base: Point) -> Array:
-    """Return the angular-velocity components of the support that the attitudes can transform.
-
-    The components are zero if the motion is relative to the inertial frame.
-    """
+    """Return the components of the support's angular velocity that enter the equations."""
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
     is_upright = motion.source == "vertical"
@@ -300,7 +297,7 @@ def _read_solution(
 
 
 def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
-    """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
+    """Return matrices that map the components of the inertia tensor to the angular momentum."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
         made[:, k, k] = rate[:, k]
@@ -311,7 +308,7 @@ def _momentum_by_inertia(rate: Array, is_full: bool) -> Array:
 
 
 def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
-    """Return the integrals of `values` from the first to each time, by the trapezoidal rule."""
+    """Integrate sampled values cumulatively by the trapezoidal rule."""
     steps = np.diff(t).reshape(-1, *[1] * (values.ndim - 1))
     made = np.zeros_like(values)
     np.cumsum(0.5 * steps * (values[1:] + values[:-1]), axis=0, out=made[1:])
@@ -319,10 +316,9 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 
 
 def _match_axes(solution: _Solution, base: Point) -> Array:
-    """Return the principal axes of a solution as columns, in the order of the scene's moments.
+    """Return the estimated principal axes, ordered to match the moments of inertia of the scene.
 
-    The signs of the axes are chosen to bring the centre of mass as close as possible to the
-    scene's.
+    The signs of the axes are chosen so that the centre of mass is close to that of the scene.
     """
     _, axes = np.linalg.eigh(solution.inertia)
     made = np.empty((3, 3))
@@ -346,7 +342,7 @@ def _frame_with_vertical(vertical: Array) -> Array:
 
 
 def _guess_from_apex(parameters: Parameters, trace: ApexTrace) -> list[Guess]:
-    """Return guesses from the apex trace, assuming that the body is symmetric about its apex."""
+    """Compute guesses from apex directions, assuming that the body is symmetric about its apex."""
     base = parameters.start
     if not base.com.any() or len(trace.t) <= _SMOOTHING:
         return []
@@ -376,11 +372,11 @@ def _mean_precession(trace: ApexTrace) -> float:
 
 
 def _list_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Return pairs (a, k), defined below, from the strongest spectral lines of the apex height.
+    """Estimate the spin and the torque of gravity from the nutation frequencies of the apex.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
-    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The rate w is relative to the
-    inertial frame: `turning` plus the rate relative to the support.
+    sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
+    measured in the inertial frame.
     """
     height, n, rate = trace.apex[:, 2], len(trace.t), _mean_precession(trace) + turning
     mean = float(np.clip(height.mean(), -1.0, 1.0))
@@ -432,10 +428,9 @@ def _guess_with_spin(
 
 
 def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of the instruments, and of the state at constant spin.
+    """Return a projection onto parameter changes that leave the spin and the body unchanged.
 
-    The nutation frequency, which is known accurately, then stays fixed while the search finds the
-    phase.
+    The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """
     allowed = np.eye(parameters.size)
     for name in parameters.free:
@@ -448,7 +443,7 @@ def _project_on_constant_spin(parameters: Parameters, axis: Array) -> Array:
 
 
 def _fit_local_cubics(trace: ApexTrace) -> tuple[Array, Array]:
-    """Return the values and derivatives of a trace, smoothed by local cubic fits.
+    """Smooth apex directions by local cubic fits, and return their values and derivatives.
 
     Source: Savitzky and Golay, Analytical Chemistry 36 (1964) 1627.
     """

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt method in natural units, without steps along blind directions.
+"""Levenberg-Marquardt method without steps along undetermined directions.
 
 In natural units, eigenvectors of J^T J with negligible eigenvalues are directions along which the
 residuals do not change. Steps have no component along these directions, which prevents the search
@@ -33,7 +33,7 @@ P = TypeVar("P")
 
 
 class LeastSquaresModel(Protocol[P]):
-    """A model with residuals, such as kreisel._fit.residuals.ResidualModel."""
+    """Interface of a model that can be fitted by least squares."""
 
     @property
     def evaluations(self) -> int: ...
@@ -119,7 +119,7 @@ def minimize(model: LeastSquaresModel[P], point: P, search: SearchSettings) -> M
 
 
 def _has_large_residuals(found: Minimum, loss: LossName) -> bool:
-    """Return True if the residuals (with the soft loss, most of them) are large."""
+    """Return True if the residuals are much larger than expected from noise."""
     residuals = found.evaluation.residuals
     if loss == "linear":
         return found.cost > _FAR * residuals.size
@@ -133,7 +133,7 @@ def _finite_cost(evaluation: Evaluation, loss: LossName) -> float:
 
 
 class _DampedSteps:
-    """The damped Gauss-Newton steps from one point."""
+    """Damped Gauss-Newton steps from a given point."""
 
     def __init__(
         self, evaluation: Evaluation, natural: Array, distances: Array, is_stiff: bool
@@ -163,7 +163,7 @@ def _find_improvement(
     cost: float,
     search: SearchSettings,
 ) -> tuple[Minimum | None, float]:
-    """Return the first damped step that does not increase the cost, and the next damping."""
+    """Increase the damping until a step does not increase the cost."""
     while model.evaluations < search.limit:
         moved = model.move_within_bounds(point, steps.solve_step(damping))
         evaluation = model.evaluate(moved)

@@ -30,7 +30,7 @@ _TURN = 0.5  # angle between attitudes whose difference gives an angular velocit
 
 
 class MotionData(NamedTuple):
-    """The states at n times `t`, relative to the principal axes of a point.
+    """Attitudes and angular velocities of the principal axes at n times.
 
     attitude     quaternions from the principal axes to space; only relative to the first one, or
                  only up to the axes of the body, depending on the source
@@ -61,7 +61,7 @@ class ApexTrace(NamedTuple):
 
 
 def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
-    """Return the motions determined by the records, starting with the most complete one."""
+    """Reconstruct motions from the records, with the most complete motion first."""
     turned = rotation_matrix(point.axes)
     made: list[MotionData] = []
     for record in records:
@@ -84,7 +84,7 @@ def read_motions(records: Sequence[Record], point: Point) -> list[MotionData]:
 
 
 def read_apexes(records: Sequence[Record], point: Point) -> list[ApexTrace]:
-    """Return the traces of the apex contained in the records."""
+    """Compute the directions of the apex from the measurements in the records."""
     made = []
     for record in records:
         found = _read_apex(record, point)
@@ -124,7 +124,7 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
 
 
 def _select_longest_stretch(t: Array, series: Series) -> tuple[Array, Array]:
-    """Return the longest sequence of complete rows with distinct times and no gap in time."""
+    """Return the longest sequence of complete samples without gaps in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
@@ -166,7 +166,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Return the motion with these attitudes; velocities come from pairs sufficiently far apart."""
+    """Reconstruct a motion from attitudes, with angular velocities from finite differences."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_relative_rotations(q, 1)), axis=1))
@@ -179,7 +179,7 @@ def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:
 
 
 def _relative_rotations(q: Array, stride: int) -> Array:
-    """Return the rotation from each attitude to the attitude `stride` rows later."""
+    """Return the rotations between attitudes that are `stride` rows apart."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
@@ -195,7 +195,7 @@ def _motion_of_gyroscope(t: Array, rate: Array, vertical: Array | None) -> list[
 
 
 def _first_vertical(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical whose time is nearest to the first of the times `since`."""
+    """Return the measured vertical direction closest in time to `since[0]`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None
@@ -213,7 +213,7 @@ def _motion_in_space(t: Array, velocity: Array) -> list[MotionData]:
 
 
 def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) -> Array:
-    """Return the attitudes obtained by integrating the angular velocities from `first`."""
+    """Integrate angular velocities to obtain attitudes, starting from the attitude `first`."""
     made = np.empty((len(t), 4))
     made[0] = first
     made[1:] = exponential(0.5 * np.diff(t)[:, None] * (rate[1:] + rate[:-1]))
@@ -226,7 +226,7 @@ def _integrate_attitude(t: Array, rate: Array, first: Array, is_in_space: bool) 
 
 
 def interpolate(motion: MotionData, t: float) -> tuple[Array, Array]:
-    """Return the attitude and the angular velocity of a motion near the time t."""
+    """Return the attitude and the angular velocity of a motion at the time t."""
     k = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
     k -= int(t - motion.t[k - 1] < motion.t[k] - t)
     about = slice(max(k - 2, 0), k + 3)

@@ -1,8 +1,8 @@
-"""Multiple shooting: segments of a motion with separate initial states, joined without gaps.
+"""Multiple shooting, which fits a motion in segments with separate initial states.
 
-The gaps between segments are residuals whose standard deviation decreases from stage to stage.
-Errors grow only within a segment, so chaotic motions can be fitted over many Lyapunov times.
-Source: Bock, Recent advances in parameter identification techniques for ODE, 1983.
+The allowed size of the gaps between segments is reduced in several stages. Errors grow only within
+a segment, so chaotic motions can be fitted over many Lyapunov times. Source: Bock, Recent advances
+in parameter identification techniques for ODE, 1983.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ _START = ("attitude", "velocity")
 
 
 class PieceStarts(NamedTuple):
-    """The initial states of all segments. The first segment also contains all other parameters."""
+    """The initial states of all segments; the first also contains all other parameters."""
 
     points: tuple[Point, ...]
 
 
 def choose_pieces(point: Point, records: Sequence[Record]) -> int:
-    """Return a number of segments for which errors grow little within each segment."""
+    """Choose a number of segments that limits the growth of errors within each segment."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -64,10 +64,10 @@ def choose_pieces(point: Point, records: Sequence[Record]) -> int:
 
 
 class ShootingModel:
-    """Residuals of all segments and of the gaps between them.
+    """A least-squares model of a motion that consists of several segments.
 
-    The first columns are the parameters of the first segment, followed by the initial states of the
-    other segments.
+    The parameter vector consists of all parameters of the first segment and the initial states of
+    the other segments.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class ShootingModel:
         self.rows.append(np.concatenate(rows))
 
     def _column_indices(self) -> list[Indices]:
-        """Return the column indices of the parameters of each segment."""
+        """Return the indices of the Jacobian columns that belong to each segment."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
             columns = np.empty(model.parameters.size, dtype=np.intp)
@@ -126,7 +126,7 @@ class ShootingModel:
         return made
 
     def place_on_data(self, point: Point, motion: MotionData) -> PieceStarts:
-        """Return segments that start on a measured motion, with the other parameters of `point`."""
+        """Take the initial states of the segments from a measured motion."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
@@ -135,7 +135,7 @@ class ShootingModel:
         return PieceStarts(tuple(points))
 
     def place_on_motion(self, point: Point) -> PieceStarts:
-        """Return segments that start on the motion computed from `point`."""
+        """Take the initial states of the segments from the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
@@ -183,7 +183,7 @@ class ShootingModel:
         return Evaluation(residuals, jacobian)
 
     def _gap_after_piece(self, pieces: PieceStarts, k: int) -> tuple[Array, Array]:
-        """Return the gap between segment k and the next one, and its derivatives."""
+        """Return the gap between the segments k and k + 1, with its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
@@ -221,9 +221,9 @@ def minimize_by_shooting(
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum with joined segments; each stage of the search reduces the gaps.
+    """Fit a motion in segments, and close the gaps between them in several stages.
 
-    The search stops early if even separate segments disagree with the records.
+    The search stops early if the segments do not fit the measurements even with gaps.
     """
     found: Minimum | None = None
     for gap in GAPS:
@@ -239,11 +239,11 @@ def minimize_by_shooting(
 
 
 def fits_with_gaps(model: ShootingModel, pieces: PieceStarts, loss: LossName) -> bool:
-    """Return True if separate segments, which need not join, agree with the records."""
+    """Return True if the segments fit the measurements when large gaps are allowed."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _ignore_minimum, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _ignore_minimum(_: Minimum) -> None:
-    """Ignore a minimum at which the segments do not join."""
+    """Accept a minimum without reporting it."""

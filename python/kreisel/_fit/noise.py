@@ -1,4 +1,4 @@
-"""Standard deviations of measurements with unknown errors."""
+"""Estimation of the standard deviations of measurements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 
 def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
-    """Return the standard deviations of each series, either given or estimated from its values."""
+    """Return the standard deviations of all measurements, estimating those that are unknown."""
     made: list[Array] = []
     for record in records:
         for series in record.series:
@@ -30,7 +30,7 @@ def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
 
 
 def _estimate_from_neighbours(series: Series) -> float:
-    """Return the noise level of a series, estimated from second differences of its values."""
+    """Estimate the noise of a series of measurements from second differences."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
         return _UNKNOWN * series.spread
@@ -44,7 +44,7 @@ def _estimate_from_neighbours(series: Series) -> float:
 
 
 def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> list[Array]:
-    """Return the standard deviations, estimating unknown ones from the residuals."""
+    """Estimate unknown standard deviations from the residuals of a fit."""
     total = int(model.measured.sum())
     share = max(1.0 - model.parameters.size / total, 1.0 / total)
     made: list[Array] = []

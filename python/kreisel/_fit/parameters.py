@@ -1,9 +1,8 @@
-"""Free parameters of a fit: their blocks, bounds, natural scales, names and units.
+"""Parameters of a fit, with their bounds, typical magnitudes, names and units.
 
-The principal moments are (b + c, c + a, a + b) with a, b, c >= 0; every trial describes a rigid
-body. For a plate, one of a, b, c is zero. An attitude changes by a small rotation from its current
-value, so its coordinates have no singularities. Source: Rucker and Wensing, IEEE Robotics and
-Automation Letters 7 (2022) 2132.
+The principal moments are (b + c, c + a, a + b) with a, b, c >= 0, so that every trial describes a
+rigid body. The attitude is parametrized by a small rotation from its current value, which avoids
+singularities. Source: Rucker and Wensing, IEEE Robotics and Automation Letters 7 (2022) 2132.
 """
 
 from __future__ import annotations
@@ -88,7 +87,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The values of all parameters, free or not; vectors have principal-axis components.
+    """The values of all parameters; vectors have components along the principal axes.
 
     attitude     quaternion from the principal axes to space
     rate         angular velocity relative to the support
@@ -117,7 +116,7 @@ class Point:
 
     @cached_property
     def moments(self) -> Array:
-        """The principal moments, each at least 1e-12 times their sum."""
+        """The principal moments of inertia, each at least 1e-12 times their sum."""
         made: Array = self.densities.sum() - self.densities
         safe: Array = np.maximum(made, 1e-12 * self.densities.sum())
         return safe
@@ -129,7 +128,7 @@ class Point:
 
     @cached_property
     def inertial_velocity(self) -> Array:
-        """The angular velocity relative to the inertial frame, in principal-axis components."""
+        """The angular velocity in the inertial frame, with components along the principal axes."""
         if not self.is_turning:
             return self.rate
         made: Array = self.rate + self.turning @ rotation_matrix(self.attitude)
@@ -137,12 +136,12 @@ class Point:
 
     @cached_property
     def momentum(self) -> Array:
-        """The angular momentum, in principal-axis components."""
+        """The angular momentum, with components along the principal axes."""
         made: Array = self.moments * self.inertial_velocity + self.rotor
         return made
 
     def relative_angular_velocity(self, q: Array, m: Array) -> Array:
-        """Return the angular velocity relative to the support, given a state of the motion."""
+        """Return the angular velocity relative to the support for attitude q and momentum m."""
         rotation = rotation_matrix(q)
         made: Array = (m @ rotation - self.rotor) / self.moments - self.turning @ rotation
         return made
@@ -152,7 +151,7 @@ class Point:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with its initial state at the time `since`."""
+        """Build a scene that starts at the time `since`, described in its principal axes."""
         body = Body(
             self.mass,
             self.moments,
@@ -173,7 +172,7 @@ class Point:
         )
 
     def shaking_from(self, t: float) -> Vector | None:
-        """Return the shaking for a scene that starts at the time t of the motion."""
+        """Return the `shaking` parameters with the phase advanced to the time `t`."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -187,7 +186,7 @@ class Point:
 
 
 def point_of_scene(scene: Scene) -> Point:
-    """Return the parameters of a scene."""
+    """Convert a scene to the parameters of a fit."""
     body = scene.body
     moments = np.array(body.moments)
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
@@ -213,13 +212,13 @@ def point_of_scene(scene: Scene) -> Point:
 
 
 def _is_physical(point: Point) -> bool:
-    """Return True if some mass distribution has these moments, mass and centre of mass."""
+    """Return True if a rigid body can have the given moments of inertia and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
 
 def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
+    """Parse the names of the free parameters; "start" stands for the attitude and the velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -236,7 +235,7 @@ def parse_free(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return a matrix of shape (3, n) whose columns indicate the n groups of equal numbers."""
+    """Return a matrix of zeros and ones with a column for each group of equal numbers."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -280,7 +279,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_support(self, length: float) -> None:
-        """Raise ValueError if the support or friction makes derivatives impossible."""
+        """Raise ValueError if friction or a shaken support cannot be fitted."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -314,7 +313,7 @@ class Parameters:
         return 1 if name in ("lever", "gravity", "mass", "friction") else 3
 
     def _add_instrument(self, name: str, i: int, record: Record) -> dict[Key, Array]:
-        """Add the columns for a property of an instrument, and return its initial values."""
+        """Add the parameters of an instrument, and return their initial values."""
         if name in ("mounting", "delay"):
             key = (name, i, "")
             self._add_columns(key, 3 if name == "mounting" else 1)
@@ -334,7 +333,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: Point, step: Array) -> Point:
-        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
+        """Move a point by `step`, and clip the result to the bounds of the parameters."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -364,7 +363,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: Point) -> Array:
-        """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
+        """Return equivalent `shaking` parameters with a positive rate."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -396,12 +395,12 @@ class Parameters:
         return made
 
     def moments_jacobian(self) -> Array:
-        """Return the Jacobian matrix of the moments with respect to the free densities."""
+        """Return the derivatives of the principal moments with respect to their free parameters."""
         made: Array = _MOMENTS_BY_DENSITY @ self.moments
         return made
 
     def natural_sizes(self, point: Point, span: float) -> Array:
-        """Return the magnitude that counts as a significant change of each parameter.
+        """Return the typical magnitude of a change of each parameter.
 
         span  the length of the records [T]
         """
@@ -440,9 +439,10 @@ class Parameters:
         return made
 
     def to_differentiable_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with positive friction if the friction is free.
+        """Build a scene for which all required derivatives exist.
 
-        Derivatives with respect to friction do not exist at zero friction.
+        Friction is positive in this scene, because derivatives with respect to friction do not
+        exist at zero.
         """
         if self.has_free("friction") and not point.friction:
             point = replace(point, friction=self._least_friction)
@@ -456,7 +456,7 @@ class Parameters:
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: Point, since: float = 0.0) -> Scene:
-        """Return the scene for a point, in the frame of description of the user's body.
+        """Build a scene from the parameters, in the frame of description chosen by the user.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
@@ -501,8 +501,8 @@ class Parameters:
     def describe(self, point: Point) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the Jacobian matrix of the values with respect to a step, of shape (size,
-        size).
+        The last item is the Jacobian matrix of the values with respect to a parameter step, of
+        shape (size, size).
         """
         names: list[str] = []
         units: list[str] = []
@@ -541,7 +541,7 @@ class Parameters:
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
     def _evaluate_motion_block(self, name: str, point: Point, rows: Array) -> Array:
-        """Return the values of a block of the motion, and write their derivatives to `rows`."""
+        """Return the values of a group of parameters, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.columns_of(name)
         if name == "attitude":

@@ -1,8 +1,8 @@
-"""Predicted quantities along the motion for given parameters, with their derivatives.
+"""Predictions of measurable quantities and their derivatives with respect to the parameters.
 
-The core computes derivatives with respect to the attributes of a scene. The chain rule yields the
-derivatives with respect to the fit parameters. Body-fixed vectors have components in the frame of
-description.
+The core differentiates with respect to the attributes of a scene, and the chain rule yields the
+derivatives with respect to the fit parameters. Vectors fixed in the body have components in the
+frame in which the user describes the body.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """The values of a quantity, and their derivatives, which are empty unless requested.
+    """Predicted values of a quantity, with derivatives if these were requested.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time
@@ -47,7 +47,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotionStates:
-    """The states of a motion in principal axes, and their derivatives (tangents).
+    """The states of a motion and their derivatives, described in the principal axes.
 
     block      the scene of the point, for the core
     states     (n, 8)
@@ -82,13 +82,13 @@ class MotionStates:
 
     @cached_property
     def attitude_derivatives(self) -> Array:
-        """The derivatives of the attitude, as rotation vectors with principal-axis components."""
+        """Derivatives of the attitude, expressed as rotation vectors."""
         made: Array = self.tangents[:, :3] @ self.transform
         return made
 
     @cached_property
     def time_derivatives(self) -> Array:
-        """Time derivatives of the attitude (as a rotation vector) and of the angular momentum m."""
+        """Time derivatives of the attitude (as a rotation vector) and of the angular momentum."""
         rotation, m = rotation_matrix(self.q), self.states[:, 5:]
         rate = values("body_velocity", self.block, self.states)
         change = values("body_acceleration", self.block, self.states)
@@ -99,7 +99,7 @@ class MotionStates:
         return np.concatenate((rate, (rotation @ gain[:, :, None])[:, :, 0]), axis=1)
 
     def predict(self, name: str, place: Array | None = None) -> Prediction:
-        """Return the prediction of a quantity; specific_force is evaluated at the point `place`."""
+        """Predict the values of a quantity along the motion."""
         if name == INERTIAL_VELOCITY.name:
             return self._to_frame_of_description(self._predict_inertial_velocity())
         if name == SPECIFIC_FORCE.name:
@@ -129,7 +129,7 @@ class MotionStates:
         return made[:, :, 0] + pace * made[:, :, 8] if pace else made[:, :, 0]
 
     def _differentiate(self, name: str, bits: int, tangents: Array) -> Array:
-        """Return the derivatives of a quantity computed by the core, or zeros where none exist."""
+        """Differentiate a quantity, replacing undefined derivatives by zero."""
         n, _, c = tangents.shape
         made = derivatives(name, self.block, self.states, bits, tangents).reshape(
             n, MEASURABLE[name].doubles, c
@@ -158,7 +158,7 @@ class MotionStates:
         return Prediction(seen.values @ self.rotation_to_described_frame.T, by, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
-        """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
+        """Predict the readings of an accelerometer at the position `place`."""
         change = self._to_frame_of_description(self._predict_inertial_acceleration())
         rate = self._to_frame_of_description(self._predict_inertial_velocity())
         up = self._to_frame_of_description(self._call_core("body_vertical"))
@@ -185,7 +185,7 @@ class MotionStates:
         return Prediction(found, by, along)
 
     def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
-        """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
+        """Yield derivatives of the vertical acceleration with respect to gravity and shaking."""
         if self.parameters.has_free("gravity"):
             yield "gravity", np.ones((len(t), 1))
         if self.parameters.has_free("shaking"):
@@ -201,7 +201,7 @@ class MotionStates:
 
     @cached_property
     def _support_velocity(self) -> Prediction:
-        """The angular velocity of the support, in principal-axis components."""
+        """The angular velocity of the support, with components along the principal axes."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:
@@ -216,14 +216,14 @@ class MotionStates:
         return Prediction(found, by, rate)
 
     def _predict_inertial_velocity(self) -> Prediction:
-        """Return the angular velocity in the inertial frame, in principal-axis components."""
+        """Predict the angular velocity relative to the inertial frame."""
         relative = self._call_core("body_velocity")
         if not self._is_on_turning_support:
             return relative
         return Prediction(*map(np.add, relative, self._support_velocity))
 
     def _predict_inertial_acceleration(self) -> Prediction:
-        """Return the time derivative U' + O x U of the inertial velocity U + O."""
+        """Predict the angular acceleration relative to the inertial frame."""
         relative = self._call_core("body_acceleration")
         if not self._is_on_turning_support:
             return relative
@@ -239,7 +239,7 @@ class MotionStates:
         return Prediction(found + np.cross(o, u), by, rate)
 
     def _predict_spin_angle(self) -> Prediction:
-        """Return the spin angle of the frame of description instead of the principal axes."""
+        """Predict the spin angle when the frame of description differs from the principal axes."""
         p, axes, n = self.parameters, self.rotation_to_described_frame, len(self.states)
         body = p.to_scene(self.point)
         states = self.states.copy()

@@ -1,4 +1,4 @@
-"""Residuals of records, in units of their standard deviations, and their Jacobian matrix."""
+"""Residuals of measurements in units of their standard deviations, and their Jacobian matrix."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Evaluation(NamedTuple):
 
 
 class EndState(NamedTuple):
-    """The attitude q and angular momentum m at the end of a segment, and their derivatives."""
+    """Attitude and angular momentum at the end of a segment, with their derivatives."""
 
     q: Array
     m: Array
@@ -53,7 +53,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True, eq=False)
 class SeriesRows:
-    """A series of a record, and its rows in the residual vector.
+    """The measurements of one quantity, and their position in the residual vector.
 
     record  the index of the record
     series  the measurements
@@ -79,12 +79,12 @@ class SeriesRows:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
     def residuals_of_series(self, residuals: Array) -> Array:
-        """Return the residuals of the series, as an array of shape (n, width)."""
+        """Return the residuals as an array with one row per measurement time."""
         return residuals[self.row_slice].reshape(self.shape)
 
 
 def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[SeriesRows, ...]:
-    """Return a Rows object for each series of the records, given the standard deviations."""
+    """Assign rows of the residual vector to each measured quantity."""
     made: list[SeriesRows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -96,7 +96,7 @@ def list_rows(records: Sequence[Record], sigmas: Sequence[Array]) -> tuple[Serie
 
 
 class ResidualModel:
-    """The residuals of records as functions of the parameters.
+    """The residuals of the measurements as functions of the parameters.
 
     parameters   the free parameters
     rows         the series and their places in the residuals
@@ -138,7 +138,7 @@ class ResidualModel:
         return self.parameters.distances_to_bounds(point)
 
     def evaluate(self, point: Point, has_jacobian: bool = True) -> Evaluation:
-        """Return the residuals at a point; they are infinite if no path can be computed there."""
+        """Evaluate the residuals, which are infinite if the motion cannot be computed."""
         try:
             return self._evaluate(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -174,13 +174,13 @@ class ResidualModel:
         return Evaluation(residuals, jacobian)
 
     def _merge_times(self, times: Array) -> tuple[Array, list[Indices]]:
-        """Return the distinct times of all records, and the indices of each record's times."""
+        """Return the distinct measurement times, and the index of each measurement among them."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
     def _shift_times(self, point: Point) -> tuple[Array, list[Indices]]:
-        """Return the measurement times of the instruments on the clock of the motion."""
+        """Correct the measurement times for the clock delays of the instruments."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
             return self._unshifted
@@ -216,14 +216,14 @@ class ResidualModel:
         return states, by[0] if by else np.empty((len(states), 6, 0))
 
     def _solve_one_direction(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
-        """Return the path at times of one sign; trial runs with tangents have a step limit."""
+        """Compute the path forwards or backwards in time from the initial state."""
         if not tangents:
             return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
     def _scene_jacobian(self, point: Point) -> Array:
-        """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
+        """Return the Jacobian matrix of the scene attributes with respect to the fit parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
@@ -260,7 +260,7 @@ class ResidualModel:
 
 
 class _RowBuilder:
-    """The residuals of one series at one point, and their derivatives."""
+    """The residuals of one measured quantity, and their derivatives."""
 
     def __init__(self, rows: SeriesRows, motion: MotionStates, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
@@ -276,12 +276,12 @@ class _RowBuilder:
         )
 
     def _instrument_value(self, name: str) -> Array | None:
-        """Return a property of the instrument that measured the series, or None if it has none."""
+        """Return the value of an instrument property, or None if the instrument lacks it."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
     def _instrument_slice(self, name: str) -> slice | None:
-        """Return the columns of a property of the instrument, or None if it is not fitted."""
+        """Return the columns of an instrument property, or None if the property is fixed."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 
@@ -318,7 +318,7 @@ class _RowBuilder:
         return Prediction(found.values @ self.view.T, by, rate)
 
     def differentiate(self) -> Array:
-        """Return the derivatives of the residuals, as an array of shape (n, width, size)."""
+        """Return the derivatives of the residuals with respect to the parameters."""
         if self.rows.series.is_attitude:
             made = self._differentiate_attitudes()
         else:

@@ -1,4 +1,4 @@
-"""Rotations of many vectors at once: exponential map, logarithm, and their derivatives.
+"""Vectorized rotations: exponential map, logarithm, and their derivatives.
 
 Source: Sola, Deray and Atchuthan, A micro Lie theory for state estimation in robotics, 2018
 (arXiv:1812.01537).
@@ -76,9 +76,8 @@ def rotation_matrix(q: Array) -> Array:
 def quaternion_of_matrix(matrix: Array) -> Array:
     """Return the unit quaternion of a rotation matrix.
 
-    The quaternion is the eigenvector for the largest eigenvalue of a symmetric matrix; this method
-    is accurate for all rotation angles. Source: Bar-Itzhack, Journal of Guidance, Control, and
-    Dynamics 23 (2000) 1085.
+    The quaternion is an eigenvector of a symmetric matrix; this method is accurate for all rotation
+    angles. Source: Bar-Itzhack, Journal of Guidance, Control, and Dynamics 23 (2000) 1085.
     """
     m, k = matrix, np.zeros((4, 4))
     k[0, 0] = np.trace(m)
@@ -100,7 +99,7 @@ def tilt_to(direction: Array) -> Array:
 
 
 def inverse_left_jacobian(v: Array) -> Array:
-    """Return the matrices L for which log(exp(d) exp(v)) = v + L d to first order."""
+    """Return the matrices L that satisfy log(exp(d) exp(v)) = v + L d for small vectors d."""
     angle = np.sqrt((v * v).sum(axis=-1))[..., None, None]
     k = cross_matrix(v)
     safe = np.where(angle > _SMALL, angle, 1.0)

@@ -1,4 +1,4 @@
-"""The search for a fit: initial guesses, growing parts of the records, and estimated noise."""
+"""Strategies for finding the global minimum of a fit."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Solution(NamedTuple):
 
 
 class SubspaceModel:
-    """A model whose parameters vary only within the subspace of a projection."""
+    """A least-squares model restricted to a subspace of the parameter space."""
 
     def __init__(self, model: ResidualModel, allowed: Array) -> None:
         self._model, self._allowed, self.evaluations = model, allowed, 0
@@ -98,7 +98,7 @@ class SubspaceModel:
 
 
 class SearchSession:
-    """A search that starts from one scene.
+    """A search for the best fit, starting from one scene.
 
     model  the residuals of all records
     best   the best solution so far, or None
@@ -137,10 +137,7 @@ class SearchSession:
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_start(self) -> None:
-        """Raise ValueError if no motion fits and friction holds the top in its initial state.
-
-        Many different earlier motions can end in this state.
-        """
+        """Raise ValueError if the fit fails because dry friction holds the top at rest."""
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
@@ -153,7 +150,7 @@ class SearchSession:
                 ) from None
 
     def check_records(self) -> None:
-        """Raise ValueError if values are too few, or if the records begin long after t = 0."""
+        """Raise ValueError if there are too few measurements or if they start too late."""
         times = np.concatenate([record.t for record in self.records])
         first, span = float(np.abs(times).min()), float(np.ptp(times))
         if first > _FAR * span > 0.0:
@@ -169,7 +166,7 @@ class SearchSession:
             )
 
     def check_pieces(self, pieces: int | None) -> None:
-        """Raise ValueError if the records have fewer than two times per segment."""
+        """Raise ValueError if there are fewer than two measurement times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
@@ -209,14 +206,14 @@ class SearchSession:
         self._try_aliases()
 
     def _divide_chaotic_motion(self, point: Point) -> None:
-        """Divide the best motion into segments if errors grow too much for linearization."""
+        """Fit the motion in segments if errors grow too fast for a single segment."""
         count = choose_pieces(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             self._minimize_by_shooting(model, model.place_on_motion(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
-        """Search from the guesses, starting with the one that agrees best with the records."""
+        """Try the initial guesses, best one first, until the fit is excellent."""
         points = [(*self._find_agreement(p), p) for p in map(self._fit_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -230,10 +227,10 @@ class SearchSession:
             self._search_with_slow_growth(points[0][2])
 
     def _search_with_slow_growth(self, point: Point) -> None:
-        """Search from the body of the scene, fitting slowly growing parts of the records.
+        """Fit slowly growing parts of the measurements, starting from the body of the scene.
 
-        This prevents the search from losing the phase of an oscillation. The body of an initial
-        guess is not used, because noise biases its moments of inertia and hence its frequencies.
+        Slow growth prevents the search from losing the phase of an oscillation. Moments of inertia
+        estimated from noisy data are biased, which would shift the frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -246,7 +243,7 @@ class SearchSession:
         self._search_from_point(own, 0.0)
 
     def _fit_guess(self, guess: Guess) -> Point:
-        """Refine an initial guess along its allowed directions, and return the resulting point."""
+        """Refine an initial guess within its allowed subspace, and return the result."""
         if guess.allowed is None:
             return guess.point
         return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
@@ -266,8 +263,8 @@ class SearchSession:
     def _is_excellent(self) -> bool:
         """Return True if the residuals are as small as the noise.
 
-        With the soft loss, the result is always False, because a wrong motion may agree with all
-        measurements except outliers.
+        For a soft-loss fit the result is always False, because a wrong motion can agree with most
+        measurements.
         """
         if self.loss == "soft":
             return False
@@ -275,27 +272,25 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def _is_plausible(self) -> bool:
-        """Return True unless the residuals exceed what noise and a few outliers can explain."""
+        """Return True if noise and a few outliers can explain the residuals."""
         count = int(self.model.measured.sum())
         limit = _PLAUSIBLE + _CHANCE * _MEDIAN_SPREAD / np.sqrt(count)
         return bool(self._measure_misfit() <= limit)
 
     def measure_excess(self) -> float:
-        """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
+        """Return the typical residual in standard deviations, or 0 if noise explains it."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
     def _search_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
-        """Return the settings of a search that reports each minimum it finds."""
-
         def report(found: Minimum) -> None:
             self._keep_if_best(found, model)
 
         return SearchSettings(self.loss, limit, ftol, report)
 
     def _keep_if_best(self, found: Minimum, model: ResidualModel) -> None:
-        """Store a minimum for the complete records if it is the best so far; report progress."""
+        """Store a minimum as the best solution if its cost is not higher, and report progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
@@ -308,7 +303,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from_point(self, point: Point, agreement: float) -> None:
-        """Search from a point, starting with the parts of the records that agree with it."""
+        """Search from a point, fitting successively longer parts of the records."""
         before = self.best
         point = self._fit_growing_parts(point, agreement)
         settings = self._search_settings(_FTOL, self.model, self.limit)
@@ -320,9 +315,9 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _choose_sign_of_com(self) -> None:
-        """Reverse the centre of mass and the vertical if the former points opposite to the scene's.
+        """Reverse the centre of mass if it points opposite to that of the scene.
 
-        Body-mounted instruments measure the same values after this reversal.
+        The vertical is reversed too, so body-mounted instruments give the same readings.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -334,7 +329,7 @@ class SearchSession:
             self._replace_best(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _choose_heading(self) -> None:
-        """Rotate the best solution about the vertical so that its `turning` matches the scene's.
+        """Rotate the best solution about the vertical to match the scene's direction of `turning`.
 
         Body-mounted instruments cannot detect this rotation.
         """
@@ -351,7 +346,7 @@ class SearchSession:
         self._replace_best(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _replace_best(self, best: Solution, twin: Point) -> None:
-        """Replace the best solution by the equivalent point `twin` if it fits as well."""
+        """Replace the best solution by an equivalent one if the fit is equally good."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
@@ -359,7 +354,7 @@ class SearchSession:
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_aliases(self) -> None:
-        """Search from spin aliases that may fit equally well; keep a clearly better result."""
+        """Try alternative spins that may fit equally well, and keep a better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -420,14 +415,14 @@ class SearchSession:
         return found.point
 
     def _model_up_to(self, horizon: float) -> ResidualModel | None:
-        """Return the residual model for |t| <= horizon, or None if measurements are too few."""
+        """Return a model of the measurements with |t| <= horizon, or None if there are too few."""
         records, sigmas = self._records_up_to(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
     def _records_up_to(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the records restricted to |t| <= horizon, and their standard deviations."""
+        """Return the measurements with |t| <= horizon, and their standard deviations."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
@@ -437,10 +432,9 @@ class SearchSession:
         return records, sigmas
 
     def _find_agreement(self, point: Point) -> tuple[float, float]:
-        """Return the time up to which a motion agrees with the records, and its cost.
+        """Return how long a motion agrees with the measurements, and its cost.
 
-        The time does not exceed that of the last measurement, and the cost is computed with the
-        soft loss.
+        The cost is computed with the soft loss.
         """
         found = self.model.evaluate(point, has_jacobian=False)
         if not np.isfinite(found.residuals).all():
@@ -452,7 +446,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Search with the motion in at least `least` segments; keep a clearly better result."""
+        """Try to fit the motion in at least `least` segments, and keep any better result."""
         for guess in guesses:
             count = pieces or choose_pieces(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -478,15 +472,11 @@ class SearchSession:
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
     def _agrees_with_any(self, guesses: list[Guess]) -> bool:
-        """Return True if the motion of any guess agrees with all records.
-
-        In this case, the motions of other guesses may appear chaotic only because these guesses are
-        wrong.
-        """
+        """Return True if any guess agrees with all measurements."""
         return any(self._find_agreement(guess.point)[0] >= self._end for guess in guesses)
 
     def _fits_in_pieces(self, guess: Guess, count: int) -> bool:
-        """Return True if segments with large gaps can fit a part of the records."""
+        """Return True if the first few segments fit the records when gaps are allowed."""
         records, sigmas = self._records_up_to(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
@@ -498,7 +488,7 @@ class SearchSession:
     def _minimize_by_shooting(
         self, model: ShootingModel, begin: PieceStarts, factor: float
     ) -> None:
-        """Search with the motion in segments; keep a result below `factor` times the best cost."""
+        """Fit the motion in segments, and keep the result if it reduces the cost sufficiently."""
         before = self.best
         self.best = None
         found = minimize_by_shooting(
@@ -552,7 +542,7 @@ class SearchSession:
             self._search_from_point(best.point, self._end)
 
     def measure_relative_residual(self) -> float:
-        """Return the magnitude of the residuals relative to that of the values, or to 1 rad."""
+        """Return the size of the residuals relative to the measured values."""
         assert self.best is not None
         shares = [
             rows.residuals_of_series(self.best.residuals)[rows.is_measured]
@@ -566,7 +556,7 @@ class SearchSession:
         return float(np.sqrt((own @ own) / own.size))
 
     def check_sensitivity(self) -> None:
-        """Raise ValueError if a series is insensitive to all free parameters."""
+        """Raise ValueError if a measured quantity does not depend on any free parameter."""
         assert self.best is not None
         scaled = np.abs(self.best.jacobian * self.best.natural)
         for rows in self.model.rows:
@@ -580,7 +570,7 @@ class SearchSession:
 
 
 def _find_disagreement(rows: SeriesRows, found: Evaluation, t: Array) -> float:
-    """Return the first time at which the residuals of a series exceed a fraction of its spread."""
+    """Return the first time at which the measurements clearly differ from the model."""
     measured = rows.is_measured.any(axis=1)
     if not measured.any():
         return np.inf

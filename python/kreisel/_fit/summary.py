@@ -11,14 +11,14 @@ from .._utils.html import format_table
 
 
 class SeriesSummary(Protocol):
-    """A series with its standard deviations (or None), for the summary."""
+    """Interface of a measured quantity, as needed for the summary."""
 
     @property
     def sigma(self) -> object: ...
 
 
 class RecordSummary(Protocol):
-    """A record with its series and the number of missing values, for the summary."""
+    """Interface of a record, as needed for the summary."""
 
     @property
     def series(self) -> Sequence[SeriesSummary]: ...
@@ -28,7 +28,7 @@ class RecordSummary(Protocol):
 
 
 class FitValues(Protocol):
-    """The attributes of kreisel.Fit that the summary shows."""
+    """Interface of a fit, as needed for the summary."""
 
     @property
     def records(self) -> Sequence[RecordSummary]: ...
@@ -78,7 +78,7 @@ _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentio
 
 
 def format_summary(fit: FitValues) -> str:
-    """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
+    """Return the summary as text, with the parameters in a table."""
     rows = _list_rows(fit)
     width = max(len(name) for name, *_ in rows)
     lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
@@ -102,7 +102,7 @@ def _format_head(fit: FitValues) -> str:
 
 
 def _list_rows(fit: FitValues) -> list[tuple[str, str, str]]:
-    """Return the name, value with error, and unit of each parameter and moment ratio."""
+    """Return table rows with the name, value and unit of each parameter."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")

@@ -1,4 +1,4 @@
-"""Indexing of batches whose members are stored as columns, for ensembles and bodies."""
+"""NumPy indexing for ensembles and for arrays of bodies."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ _PLACEHOLDER = np.False_  # represents each member where only shapes matter
 
 
 class Batch(Generic[_M]):
-    """An array of members, such as scenes or bodies, whose parameters are stored as columns.
+    """Base class of ensembles and arrays of bodies, which store their parameters as arrays.
 
-    A column has the shape of the batch followed by the shape of one value. The stride is zero along
-    each dimension in which the values do not vary.
+    Each parameter is stored in an array with the shape of the batch, followed by the shape of one
+    value. Values that do not vary along a dimension are stored with stride zero.
     """
 
     shape: Shape
@@ -51,7 +51,7 @@ class Batch(Generic[_M]):
         raise NotImplementedError
 
     def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        """Return the batch obtained by applying `change` to each column."""
+        """Return a copy of the batch with `change` applied to each column."""
         made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -141,7 +141,7 @@ class Batch(Generic[_M]):
         return self._map_columns(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _fancy_index(self, key: object) -> _M | Self:
-        """Return the member or the batch selected by index arrays or masks."""
+        """Return the members selected by index arrays or masks."""
         order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
@@ -161,7 +161,7 @@ class Batch(Generic[_M]):
         return self._map_columns(take_from_column, order.shape, self._names)
 
     def _take_members(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
-        """Return the batch of the members with the flat indices `order` (in C order)."""
+        """Return a batch of the members with the given flat indices."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -177,7 +177,7 @@ class Batch(Generic[_M]):
         return self._map_columns(gather_from_column, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """Return the members in C order, as a batch of a different shape with unnamed dimensions.
+        """Return a batch with the same members in C order and a new shape.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
@@ -211,7 +211,7 @@ class Batch(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varying) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which broadcast dimensions have a single entry."""
+        """Return the state for pickling, without repeated copies of broadcast values."""
         held = memoize_by_buffer(
             lambda column: collapse_broadcast_axes(column, len(self.shape)).copy()
         )
@@ -270,7 +270,7 @@ def _is_integer(part: object) -> bool:
 
 
 def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
-    """Expand an index key to one entry for each dimension."""
+    """Replace an Ellipsis by full slices, so that the key has an entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
     spent = sum(part is not None and part is not ... for part in parts)
     at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
@@ -278,7 +278,7 @@ def _expand_index_key(key: object, dims: int) -> tuple[Any, ...]:
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key that consists of slices and one 1-D array; return None for any other key."""
+    """Expand a key that contains one index array, or return None for other keys."""
     parts = _expand_index_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

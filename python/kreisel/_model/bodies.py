@@ -36,7 +36,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @refuse_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
-    """An array of bodies, given by the parameters of kr.Body, which broadcast to one shape.
+    """An array of bodies whose parameters broadcast to a common shape.
 
     mass          [M], a number or an array
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
@@ -49,8 +49,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     The other constructors of Body also exist for arrays. Each member is bitwise equal to the
     kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks return
-    Bodies. Raises TypeError and ValueError like Body; the message gives the index of the first
-    invalid member. Warns as Body does.
+    Bodies. Raises the same exceptions as Body, with the index of the first invalid member in the
+    message. Warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -97,10 +97,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
         unphysical: ArrayLike = False,
         rotor: ArrayLike = (0.0, 0.0, 0.0),
     ) -> Self:
-        """Validate the parameters and store them as columns.
+        """Validate all parameters and store them as columns.
 
-        `make` constructs a single body from the parameters `words`. If a member is invalid, the
-        exception of this constructor is raised.
+        Raises the exception of the single-body constructor `make` for the first invalid member.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
         made = _parse_flags("unphysical", unphysical)
@@ -134,7 +133,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return a boolean array that is True for each member with physically possible inertia.
+        """Return a boolean array that marks the members with a physically possible inertia.
 
         If the inertia is given as matrices, the principal moments and axes are stored. Raises
         ValueError for the first member that is not a rigid body.
@@ -158,7 +157,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _reproduce_member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the exception that the constructor `make` raises for the member at index `at`."""
+        """Return the exception that the single-body constructor raises for an invalid member."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
@@ -228,8 +227,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build an array of bodies from their inertia about the centre of mass (see Body.from_com).
 
-        The inertia [M L^2] has the same form as in Bodies. `com` and `pivot` have the shape (...,
-        3) [L].
+        The inertia [M L^2] is given in the same form as in Bodies. `com` and `pivot` have the shape
+        (..., 3) [L].
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -256,7 +255,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from moments about the centre of mass and its height on the third axis."""
+        """Build bodies from their moments of inertia about the centre of mass."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
@@ -345,7 +344,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
-    """Return a parameter of moments or, if the last two dimensions have length 3, of matrices.
+    """Parse inertia given as moments or, if the last two dimensions have length 3, as matrices.
 
     Raises ValueError for the first matrix that is not symmetric.
     """
@@ -373,9 +372,9 @@ def _check_matrix(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Return the tensors of inertia after adding point masses at `at`.
+    """Add point masses at the positions `at` to tensors of inertia.
 
-    The result consists of moments if all tensors are diagonal, and of matrices otherwise.
+    The result contains moments of inertia if all tensors are diagonal, and matrices otherwise.
     """
     x, y, z = split_components(at)
     with np.errstate(all="ignore"):

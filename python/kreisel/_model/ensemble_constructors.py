@@ -1,4 +1,4 @@
-"""Constructors of ensembles from Euler angles, their rates, and steady precession.
+"""Constructors of ensembles from Euler angles or from the spin of symmetric tops.
 
 The results are bitwise equal to those of the constructors for a single scene.
 """
@@ -97,10 +97,9 @@ class EnsembleConstructors(EnsembleData[S]):
         environment: Environment,
         one: Callable[..., S],
     ) -> Self:
-        """Build tops from `angles` and `rates`, which were computed from `parameters`.
+        """Build tops whose Euler angles and rates have already been computed.
 
-        `one` constructs a single top from `parameters`. If a member is invalid, the exception of
-        this constructor is raised.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         around, columns = parse_environments(environment)
         broadcast_shape(body, [*parameters, *around])
@@ -117,7 +116,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
+        """Return quaternions computed from the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
@@ -146,8 +145,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build an array of symmetric tops that spin about their axes (see Scene.spinning).
 
-        `spin`, `tilt` and `precession` are numbers or arrays, and the arguments `gravity` to
-        `friction` are as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
+        `spin`, `tilt` and `precession` are numbers or arrays. The arguments `gravity` to `friction`
+        have the same meaning as in Ensemble. `steady`, `fast` and `degrees` apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -179,7 +178,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
-    """Return angles or rates in radians, with results bitwise equal to those of math.radians."""
+    """Convert angles or rates to radians if `degrees` is True, rounded as in math.radians."""
     return values * _DEGREE if degrees else values
 
 
@@ -190,7 +189,7 @@ def split_vectors(vector: Array) -> Components:
 
 
 def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
-    """Return the parameter `tilt`; raise ValueError if any angle is outside [0, pi]."""
+    """Parse the parameter `tilt`; raise ValueError for angles outside [0, pi]."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
@@ -231,7 +230,7 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession, given the `parameters` spin, tilt and gravity.
+    """Compute the rates of steady precession of several tops.
 
     Raises ValueError with the index of the first member for which no steady precession exists.
     """

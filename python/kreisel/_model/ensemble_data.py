@@ -1,4 +1,4 @@
-"""Ensemble data: the parameters of many tops, broadcast to one shape and validated together."""
+"""Storage of the parameters of an ensemble."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class EnsembleData(Batch[S]):
-    """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
+    """Base class of kr.Ensemble that validates and stores the parameters."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies
@@ -80,9 +80,9 @@ class EnsembleData(Batch[S]):
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
-        """Store the columns of the ensemble.
+        """Validate and store the columns of the ensemble.
 
-        For the first invalid member, raises the exception of the constructor `one`, with the index.
+        Raises the exception of the single-top constructor `one` for the first invalid member.
         """
         shape = broadcast_shape(body, parameters)
         for name, held in columns.items():
@@ -237,7 +237,7 @@ class EnsembleData(Batch[S]):
 
 
 def _dimensions_of_value(name: str) -> int:
-    """Return the number of dimensions of a single value in a column."""
+    """Return the number of dimensions of one value of a parameter."""
     return int(name not in ("gravity", "friction"))
 
 
@@ -269,9 +269,9 @@ def reproduce_member_error(
     at: Index,
     text: str = "not a top",
 ) -> Exception:
-    """Return the exception that the constructor `one` raises for the member at index `at`.
+    """Return the exception that the single-top constructor `one` raises for an invalid member.
 
-    If the constructor raises no exception, a ValueError with the message `text` is returned.
+    If no exception is raised, a ValueError with the message `text` is returned.
     """
     words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in parameters}
     own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
@@ -284,9 +284,10 @@ def reproduce_member_error(
 
 
 def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the single given parameter that determines the momentum.
+    """Parse the parameter that determines the angular momentum.
 
-    Raises ValueError unless exactly one of the parameters in ONE_OF is given.
+    Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
+    given.
     """
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
@@ -297,7 +298,7 @@ def select_start_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the attitude parameter, and the attitudes as quaternions (w, x, y, z).
+    """Parse the argument `attitude` or `attitude_xyzw`, and return the quaternions (w, x, y, z).
 
     Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
     unit length.
@@ -325,9 +326,10 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array, turning: Array) -> Array:
-    """Return the momenta in the space frame for the parameter `start` and the attitudes `q`.
+    """Compute angular momenta in the space frame from velocities or momenta.
 
-    The supports rotate with the angular velocities `turning`.
+    The quaternions `q` are the attitudes, and `turning` contains the angular velocities of the
+    supports.
     """
     if start.name == "momentum":
         return start.values

@@ -1,6 +1,6 @@
 """Sudden changes of the angular momentum, computed without loss of digits.
 
-A momentum with more than 16 digits is stored as the sum of a double and a low-order word.
+For precisions above 16 digits, each component is the sum of a double and a low-order word.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ _Rational = tuple[Fraction, ...]
 
 
 def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
-    """Return the momentum after an angular impulse, together with its low-order words.
+    """Add an angular impulse to a momentum, and return the sum with its low-order words.
 
-    `low` contains the low-order words of `momentum`. The sums are not finite in case of overflow.
+    The low-order words of the initial momentum are `low`. In case of overflow, the sums are
+    infinite or NaN.
     """
     x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
 def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
-    """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
+    """Return the sum a + low + b as a double and a low-order word (Knuth's two-sum)."""
     total = a + b
     part = total - a
     rest = ((a - (total - part)) + (b - part)) + low
@@ -37,13 +38,13 @@ def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
 def momentum_at_same_velocity(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
-    """Return the momentum of the body `new` at the angular velocity of the body `old`.
+    """Change the body at constant angular velocity, and return the new momentum.
 
-    The computation uses rational arithmetic, with a single rounding at the end.
+    The momentum is computed in rational arithmetic and rounded once at the end.
 
-    Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
-    `attitude_low` and `low` contain low-order words. Returns the momentum and its low-order words.
-    Raises ValueError if the momentum overflows.
+    Both bodies have the same attitude, and `momentum` is the momentum of `old`. `attitude_low` and
+    `low` are the low-order words of the attitude and of the momentum. Returns the momentum and its
+    low-order words. Raises ValueError if the momentum overflows.
     """
     q = _to_fractions(attitude, attitude_low)
     m = _rotate(_conjugate(q), _to_fractions(momentum, low))
@@ -62,7 +63,7 @@ def momentum_at_same_velocity(
 
 
 def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
-    """Return the exact sums of doubles and their low-order words."""
+    """Convert doubles with low-order words to rational numbers."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 

@@ -1,4 +1,4 @@
-"""Scenes: a body, its environment, and its state at t = 0."""
+"""Scenes and ensembles of scenes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole ra
 @refuse_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A body, gravity, damping, the motion of the support, and the state at t = 0.
+    """A rigid body in its environment, and its state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
@@ -62,8 +62,8 @@ class Scene:
     friction  dry friction [M L^2 T^-2]: a torque of this size about the apex, against the spin
 
     A scene always stores momentum and attitude, whichever parameters were passed to the
-    constructor. Rounding of the momentum gives a needle's angular velocity about its own axis an
-    error of about I1 / I3 times the unit roundoff.
+    constructor. For a needle-like body, rounding the momentum changes the axial angular velocity by
+    a relative amount of about I1 / I3 times the unit roundoff.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite or have the wrong shape, and for attitudes that are not unit quaternions. The squared
@@ -119,7 +119,7 @@ class Scene:
         kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
-        """Return the constructor call as text, omitting a support at rest."""
+        """Return the constructor call as text, omitting zero friction and a support at rest."""
         words: dict[str, object] = dict(self._arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
@@ -156,7 +156,7 @@ class Scene:
 
     @property
     def _is_plain(self) -> bool:
-        """True if the body has no rotor, and only gravity acts."""
+        """True if the body has no rotor and moves under gravity alone."""
         return not self._is_disturbed and not any(self.body.rotor)
 
     @property
@@ -165,7 +165,7 @@ class Scene:
 
     @cached_property
     def _rate_estimate(self) -> float:
-        """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
+        """Estimated magnitude of the angular velocity [T^-1]."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
         weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
@@ -176,7 +176,6 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
-        """A time [T] up to which `check_horizon` is certain to raise no error."""
         return 0.5 * _COUNTABLE / self._rate_estimate if self._rate_estimate > 0.0 else math.inf
 
     @cached_property
@@ -206,20 +205,20 @@ class Scene:
         Parameters are broadcast as in kr.Ensemble. They may be the parameters of
 
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
-          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. If none of
-          these four is given, the momentum in the space frame is unchanged.
+          or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. By default,
+          the momentum in the space frame is unchanged.
 
         - Body: mass, inertia, com, rotor. Momentum and attitude are unchanged.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
-          unless steady=True. Omitted values, the other Euler angles and the nutation rate are taken
+          unless steady=True. Omitted values, and the remaining Euler angles and rates, are taken
           from the scene.
 
         - Scene.from_euler: angles, rates. An omitted argument is taken from the scene.
 
-        `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
-        dimension of the ensemble, the dimension is named after this parameter; see tops.axes and
-        tops.coords.
+        `degrees` applies to the parameters of Scene.spinning and Scene.from_euler. If exactly one
+        scalar parameter varies along a dimension of the ensemble, the dimension is named after this
+        parameter; see tops.axes and tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -280,8 +279,7 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        If the apex is not the third axis, the body-fixed frame is first rotated so that its third
-        axis becomes the apex. The angles of a path include the same rotation.
+        Otherwise, the angles describe a body-fixed frame whose third axis is the apex.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene
@@ -363,9 +361,9 @@ class Scene:
 
         A multi-line str is TOML text; any other argument is a file name. The keys are the
         parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced by
-        a table [from_euler] or [spinning] that contains the parameters of the constructor of this
-        name. Similarly, a table such as [body.cuboid] may replace the keys of Body. Raises
-        ValueError for unknown keys.
+        a table [from_euler] or [spinning] with the parameters of that constructor. Similarly, a
+        table such as [body.cuboid] may replace the keys of Body. Raises ValueError for unknown
+        keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -402,10 +400,10 @@ class Scene:
 
 @refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
-    """Many tops: one or more bodies, gravity, damping, moving supports, and the states at t = 0.
+    """An array of scenes, whose parameters broadcast to a common shape.
 
-    Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
-    one shape, such as (n,), (500, 500) or ().
+    Each parameter of kr.Scene may be a single value or an array of values. All parameters broadcast
+    to one shape, such as (n,), (500, 500) or ().
 
     body      a kr.Body for all tops, or kr.Bodies
     momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or
@@ -453,7 +451,7 @@ def parse_toml(text: str) -> Scene:
 
 
 def build_from_table(table: dict[str, object]) -> Scene:
-    """Return the scene described by a TOML table, and remove the key "body" from the table."""
+    """Build the scene described by a TOML table. The key "body" is removed from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_from_table(table.pop("body"), _ABOVE)

@@ -1,17 +1,16 @@
 """Initial states with a given energy and vertical momentum, for example for Poincaré sections.
 
-Let P be the vertical and M the angular momentum, both in principal-axis components, and J the
-tensor of inertia. Let
+Let P be the vertical direction and M the angular momentum, both with components along the principal
+axes, and let J be the inertia tensor. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). Hence an initial state exists for every P with U(P) <= energy
-and for every direction of w. The energy determines the length of w, which is computed without
-cancellation.
+is the amended potential (Smale 1970). An initial state therefore exists if U(P) <= energy, for any
+direction of w. The length of w follows from the energy without cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
 energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are drawn from this
-distribution. The height of the apex, <apex, P>, is stationary for the two directions of w that are
+distribution. The height <apex, P> of the apex is stationary for the two directions of w that are
 orthogonal to J^-1 (apex x P).
 """
 
@@ -47,12 +46,12 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return the potential U at the verticals P, an array of shape (n, 3)."""
+        """Return the potential U for vertical directions P, an array of shape (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return the angular momentum M for n verticals P and n angles alpha."""
+        """Return the angular momentum M for vertical directions P and angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._basis_of_scaled_velocities(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
@@ -77,9 +76,9 @@ class _EnergySurface(NamedTuple):
         return made
 
     def potential_lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound of U within the angular distance `reach` of P.
+        """Return a lower bound on U for directions within the angular distance `reach` of P.
 
-        The bound follows from the gradient of U at P and a bound on the curvature of U.
+        The bound uses the gradient of U at P and the largest curvature of U.
         """
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
@@ -93,13 +92,13 @@ class _EnergySurface(NamedTuple):
         return made
 
     def min_potential(self) -> float:
-        """Return the minimum of U, found by refining the best grid points with Newton's method."""
+        """Return the global minimum of the potential U."""
         P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
     def _newton_minimum(self, P: Array) -> float:
-        """Return a local minimum of U near P by Newton's method on the sphere.
+        """Return a local minimum of the potential U near P by Newton's method on the sphere.
 
         Each step uses the absolute values of the curvatures, so U decreases along the step. Among
         successively halved step lengths, the one with the smallest U is used.
@@ -149,8 +148,8 @@ def starts(
               of angles about that axis, and of directions of the momentum. Starts lie at the
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
-    Each attitude is the smallest rotation from the upright position, since neither the energy nor
-    the vertical momentum depends on the heading. Raises ValueError if no such state exists; the
+    The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
+    the smallest rotation from the upright position. Raises ValueError if no such state exists; the
     message states the least possible energy. Also raises ValueError for a body with a rotor.
 
     >>> import kreisel as kr
@@ -204,7 +203,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
 def _grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Return a grid of vertical directions, in principal axes, and of angles alpha."""
+    """Return a grid of vertical directions P and angles alpha on the energy surface."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
@@ -230,7 +229,7 @@ def _grid_starts(
 
 
 def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
-    """Return random vertical directions, in principal axes, and random angles alpha."""
+    """Draw random vertical directions P and angles alpha on the energy surface."""
     cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
@@ -253,9 +252,9 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
 
 
 def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
+    """Return an array of shape (end - begin, 8) of uniformly distributed numbers in [0, 1).
 
-    Row i depends only on `seed`, `trial` and begin + i, since Philox is a counter-based generator.
+    Philox is a counter-based generator, so row i depends only on `seed`, `trial` and begin + i.
     """
     counter = [begin * _WORDS // 4, 0, trial + 1, 0]
     raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
@@ -264,7 +263,7 @@ def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere, given by the lower ends and lengths of their height and angle ranges."""
+    """Cells on the unit sphere, which are rectangles in height and azimuth."""
 
     height: Array
     angle: Array
@@ -272,14 +271,14 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def draw_verticals(self, drawn: Array) -> Array:
-        """Return uniformly distributed points in the cells, each from three random numbers."""
+        """Draw uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def centres_and_reaches(self) -> tuple[Array, Array]:
-        """Return the centre of each cell, and a bound on the angular distance of its points."""
+        """Return the centres of the cells, and bounds on their angular radii."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -287,7 +286,7 @@ class _SphereCells(NamedTuple):
         return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
 
     def halve_cells(self) -> _SphereCells:
-        """Return the two halves of each cell, which is cut across its longer side."""
+        """Divide each cell into two halves across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -301,7 +300,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
-    """Return small cells that together cover all verticals P with U(P) <= energy."""
+    """Return small cells that cover all directions P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -326,7 +325,7 @@ def _shortest_rotations(P: Array) -> Array:
 
 
 def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the heights and angles of the centres of equally large cells on the sphere."""
+    """Return the heights and azimuths of the centres of cells with equal area on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()

@@ -58,7 +58,7 @@ class _EulerState(NamedTuple):
 
 
 def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
-    """Build an ensemble from `scene` in which the parameters `words` vary."""
+    """Build an ensemble from a scene and from arrays of varied parameters."""
     for name in words:
         if name not in _KNOWN:
             raise TypeError(unknown_name_message("parameter", name, _KNOWN))
@@ -93,7 +93,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
-    """Return the environment of `scene` with the given values, which may be arrays."""
+    """Return the environment parameters of a scene, with some replaced by arrays."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
         own = np.asarray(getattr(scene, name))
@@ -103,7 +103,7 @@ def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
 
 
 def _accept_any_arguments(_: object, **__: object) -> None:
-    """Accept any arguments and do nothing, in place of the constructor of one member."""
+    """Accept any arguments and do nothing."""
 
 
 def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
@@ -121,7 +121,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _euler_state(scene: Any) -> _EulerState:
-    """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
+    """Return the Euler angles and rates of a scene at t = 0."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
@@ -145,10 +145,10 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Return the parameters `given`, and the Euler angles and rates for spin, tilt and precession.
+    """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
-    Values that are not given are taken from the scene. `steady` contains two flags: whether the
-    precession is steady, and whether it is the faster of the two steady precessions.
+    Parameters that do not vary are taken from the scene. The flags `steady` select steady
+    precession, and the faster of its two rates.
     """
     now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -184,9 +184,9 @@ def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
 
 
 def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Return the parameters `given`, and the Euler angles and rates.
+    """Compute the Euler angles and rates for varied angles or rates.
 
-    Values that are not given are taken from the scene.
+    Parameters that do not vary are taken from the scene.
     """
     now = _euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
@@ -217,8 +217,8 @@ def scatter(
 ) -> E:
     """Build an ensemble of `n` variants of `scene` with normally distributed perturbations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The members equal the members
-    begin to begin + n - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The result contains the members
+    `begin` to `begin` + `n` - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
@@ -243,7 +243,7 @@ def scatter(
 
 
 def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Array:
-    """Return a standard deviation: one number for all components, or one for each component."""
+    """Parse a standard deviation, which is a single number or one number for each component."""
     made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
@@ -255,7 +255,7 @@ def _parse_standard_deviation(name: str, given: ArrayLike, numbers: int) -> Arra
 
 
 def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
-    """Return n rows of normally distributed numbers; row i depends only on `seed` and first + i.
+    """Draw n rows of normally distributed numbers; row i depends only on `seed` and `first` + i.
 
     Each member uses 8 random words of the counter-based generator Philox. The Box-Muller transform
     converts these words to normally distributed numbers.
@@ -274,7 +274,7 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
 
 
 def _rotate_first(q: Four, r: Components) -> Four:
-    """Return the attitudes of bodies rotated first by the rotation vectors `r`, then by `q`."""
+    """Compose each attitude in `q` with a preceding rotation by the vector in `r`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

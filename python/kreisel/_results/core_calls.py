@@ -1,4 +1,4 @@
-"""Core calls that record the states of a single scene, and the exception for an invalid scene."""
+"""Functions that compute the motion of a single scene in the core."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class RunOrigin(NamedTuple):
-    """The time [T] of a run's initial state, and the low-order words of that state or None.
+    """The time and the low-order words of the initial state of a run.
 
-    The time is 0 unless the run has been pushed, reset or changed.
+    The time is nonzero only after a `push`, a `reset` or a change of the scene.
     """
 
     begin: float = 0.0
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return the origin as numbers for a JSON header, or None if it is the default."""
+        """Return a JSON representation, or None for the default origin."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> RunOrigin:
-        """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
+        """Build a RunOrigin from a JSON value. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -68,10 +68,10 @@ def record_states(
 def record_unordered(
     scene: Scene, options: SolveOptions, times: Array, origin: RunOrigin = ORIGIN
 ) -> CoreResult:
-    """Record the states at unordered times, which may be negative, zero or positive.
+    """Compute the states at times in any order, positive or negative.
 
-    Negative and positive times are computed in separate runs. If one of these runs fails, only its
-    result is returned, which contains the states before the failure.
+    Negative and positive times are computed in separate runs. If one of these runs fails, the
+    result contains only the states of this run before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None
@@ -94,7 +94,7 @@ def record_unordered(
 def creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception for a top for which the core cannot create a run.
+    """Return the exception that explains why the core cannot start a run.
 
     If `step` is too large, the message suggests a smaller step that the core accepts.
     """

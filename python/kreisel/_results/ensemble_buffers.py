@@ -1,4 +1,4 @@
-"""Buffers with one row per top of an ensemble, in C order, and the core calls that fill them."""
+"""Buffers for the results of an ensemble, and the functions that fill them."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class RawEvents(NamedTuple):
-    """Events of several tops, stored as columns of equal length e.
+    """Events of several tops, stored as arrays of equal length.
 
-    The columns are the row of the top, the state and its low-order words (8 numbers each), and the
-    index and direction of the event.
+    `top` is the row of the top, and `states` and `low` are the state and its low-order words.
+    `which` and `direction` are the index and the direction of the event.
     """
 
     top: Counts
@@ -39,14 +39,14 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
+        """Return the selected events with new row numbers."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
 class EnsembleBuffers:
-    """The results of n tops at k times each; results that are not requested are None or empty.
+    """Buffers for the results of n tops at k times; unused buffers are None or empty.
 
     status, done   (n,) the code of the status, and the number of times with valid states
     counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
@@ -83,7 +83,7 @@ class EnsembleBuffers:
 
     @classmethod
     def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
-        """Return empty buffers for n tops at k times, using `out` for the states if given."""
+        """Allocate buffers for n tops at k times; `out` is an optional array for the states."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
             np.zeros(n, dtype=np.int64),
@@ -132,7 +132,7 @@ class EnsembleBuffers:
         return part
 
     def _events_of_rows(self, which: Which) -> list[RawEvents]:
-        """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
+        """Return the events of the selected rows, with rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -146,7 +146,7 @@ class EnsembleBuffers:
         return found
 
     def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
+        """Copy the arrays of `part` into the rows that start at `begin`."""
         end = begin + part.size
         mine, columns = self._arrays(), self.columns
         for name, array in part._arrays().items():
@@ -156,7 +156,7 @@ class EnsembleBuffers:
         self.merge_part(begin, part)
 
     def merge_part(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, choices and events of `part`, whose first row has index `begin`."""
+        """Add the failures and events of `part`, with its row numbers shifted by `begin`."""
         if part is self:
             return
         if part.last:
@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set the status of tops that have not run to ERR_INTERRUPTED, and their values to NaN."""
+        """Mark tops that have not run as interrupted, with NaN as their values."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low
@@ -181,7 +181,7 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble and stores the results in buffers.
+    """A function that computes the motions of a slice of an ensemble.
 
     `is_native` is True if the core itself distributes the tops over threads.
     """
@@ -199,10 +199,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several at once in SIMD lanes, and return their rows.
+    """Run a slice of an ensemble in SIMD lanes, and return the buffers of this slice.
 
-    The rows are views of `buffers`. `work` can stop the run, and specifies the number of threads
-    that the core uses.
+    The returned arrays are views of `buffers`. `work` can stop the run, and specifies the number of
+    threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
     failed, last = Worker(*options.core, options.reductions_for_core, work).run(
@@ -222,7 +222,7 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one at a time, and return their rows with events and tangents.
+    """Run the tops of a slice one by one, including events and tangents.
 
     The arguments are the same as for run_lanes.
     """
@@ -253,9 +253,9 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
 
 
 def derivatives(name: str, tops: Ensemble, buffers: EnsembleBuffers, bits: int) -> Array:
-    """Return the derivatives of a quantity for all states, as an array of shape (n, k, ..., c).
+    """Return the derivatives of a quantity for all tops, as an array of shape (n, k, ..., c).
 
-    `bits` is the sum of the core's bit flags for the parameters.
+    `bits` is a bit mask of the parameters with respect to which tangents were computed.
     """
     assert buffers.states is not None and buffers.tangents is not None
     n, k, _, columns = buffers.tangents.shape

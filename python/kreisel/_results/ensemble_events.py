@@ -51,7 +51,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
 
 def join_events(met: list[RawEvents]) -> RawEvents:
-    """Return the events of several slices as one table, sorted by the index of the top."""
+    """Concatenate the events of several slices, sorted by the index of the top."""
     if not met:
         none = np.empty(0, dtype=np.intc)
         return RawEvents(
@@ -63,7 +63,7 @@ def join_events(met: list[RawEvents]) -> RawEvents:
 
 
 def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Return the recorded events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
+    """Build the public EnsembleEvents object from the events of an ensemble."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

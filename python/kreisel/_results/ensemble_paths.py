@@ -1,4 +1,4 @@
-"""Paths of an ensemble: arrays whose shape starts with the ensemble's, and one path per top."""
+"""Paths of an ensemble, stored as arrays and accessible one by one."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 class Paths(EnsembleResult, QuantityAttributes):
     """The motions of all tops in an ensemble, each at k times.
 
-    All arrays are read-only; t, q and m are views of `states`, and other quantities are computed on
-    first access. The shape of an array is (*shape, k) followed by the shape of the quantity. If a
-    top failed, its values after the last valid state are NaN.
+    All arrays are read-only. The arrays t, q and m are views of `states`, and other quantities are
+    computed on first access. The shape of an array is (*shape, k) followed by the shape of the
+    quantity. If a top failed, its values after the last valid state are NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with
@@ -46,7 +46,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities stored in addition to t, or None if the paths store complete states."""
+        """The stored quantities other than t, or None if the paths store complete states."""
         return self._options.solve.want
 
     @property
@@ -163,7 +163,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def events(self) -> EnsembleEvents:
-        """The events that occurred during the runs; empty if none were requested."""
+        """The events of all tops, which are empty if none were requested."""
         return ensemble_events(self._raw_events, self.shape)
 
     @cached_property
@@ -205,17 +205,17 @@ class Paths(EnsembleResult, QuantityAttributes):
         """Return an xarray.Dataset with one variable per quantity in `names`.
 
         If no names are given, the Dataset contains all quantities that the paths store. The
-        dimensions are those of the ensemble, then time, then those of the quantity as in
-        Path.to_xarray. If each top has its own times, the coordinate t depends on the ensemble
-        dimensions and on time.
+        dimensions are those of the ensemble, followed by time and by the component dimensions
+        described in Path.to_xarray. If each top has its own times, the coordinate t depends on the
+        ensemble dimensions and on time.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        The parameters that vary, `status` and `reached` are stored as coordinates. In all other
-        respects, the Dataset is like that of Path.to_xarray.
+        The parameters that vary, `status` and `reached` are stored as coordinates. In other
+        respects, the Dataset has the same form as that returned by Path.to_xarray.
         """
         from .ensemble_tables import dataset
 

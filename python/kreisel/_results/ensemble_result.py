@@ -70,21 +70,21 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The step used [T], always positive; None if the method has no step or chose it itself."""
+        """The absolute value of the step size [T], or None if the method chose it or has none."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used; None if the method has no tolerance or chose it itself."""
+        """The tolerance used, or None if the method chose it or has none."""
         return self._options.solve.tol
 
     @property
     def digits(self) -> int | None:
-        """The number of digits used; None if it was not given."""
+        """The requested number of digits, or None if it was not given."""
         return self._options.solve.digits
 
     def _to_ensemble_shape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
+        """Reshape an array with one row per top to the shape of the ensemble."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -98,7 +98,8 @@ class EnsembleResult(ReadOnlyArrays):
     def status(self) -> Codes:
         """(*shape) 0 for a top without failure, otherwise the code of its failure.
 
-        `status_names` lists the names of the status codes, and `message` describes a failure.
+        The attribute `status_names` contains the names of the status codes, and `message` describes
+        a failure.
         """
         return self._to_ensemble_shape(self._buffers.status)
 
@@ -106,7 +107,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        The names are those of the constants in kreisel.h, without their prefix.
+        Each name is that of a constant in kreisel.h without its prefix.
         """
         return self._to_ensemble_shape(np.array(STATUSES)[self._buffers.status])
 
@@ -164,8 +165,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of this top and the number of failed tops. The `.path` of the exception is
-        the path of this top, and its `.paths` is this result.
+        states the index of the failed top and the number of all failed tops. The attribute `path`
+        of the exception is the path of this top, and `paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
@@ -173,7 +174,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _failure_exception(self, i: int) -> BaseException:
-        """Return the exception that would be raised if the i-th top were solved alone."""
+        """Return the exception for the i-th top, as if it had been solved alone."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -182,7 +183,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops, the first of which has index `i`."""
+        """Return the exception for `count` unfinished tops, of which the i-th is the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = (
@@ -195,7 +196,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return options to solve the i-th top alone and record complete states."""
+        """Return the options for solving the i-th top alone, with complete states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -223,7 +224,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _tangent_data(self, i: int) -> TangentData:
-        """Return the tangents at the valid states of the i-th top."""
+        """Return the tangents of the i-th top."""
         buffers, done = self._buffers, int(self._buffers.done[i])
         assert buffers.tangents is not None and buffers.truncation is not None
         high, low = buffers.tangents[i, :done], buffers.tangents_low
@@ -244,7 +245,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last_valid_state(self, i: int, path: Path) -> Path:
-        """Return the path of the i-th top; append its last valid state if the path lacks it."""
+        """Append the last valid state of the i-th top to its path, if it is missing."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times_of_top(i)) or (len(path) and path.t[-1] == state[0, 0]):
@@ -264,7 +265,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _select_tops(self, key: Any) -> Self:
-        """Return the result for the tops selected by `key`."""
+        """Return the results of the selected tops."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
@@ -288,7 +289,7 @@ class EnsembleResult(ReadOnlyArrays):
 
 
 def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
-    """Return a copy of the path that stores `columns` in place of its states."""
+    """Return a copy of the path that stores the quantities `columns` instead of states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

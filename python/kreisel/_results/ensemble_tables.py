@@ -23,7 +23,7 @@ Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
 def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
-    """Return a Dataset of the quantities in `rows` at all states."""
+    """Build a Dataset from quantities at all states of an ensemble."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
@@ -73,7 +73,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
-    """Yield one column (name, values, unit) per component of the reductions."""
+    """Yield a column (name, values, unit) for each component of each reduction."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _reductions_with_units(kept):
         kind = name.removeprefix(quantity.name)
@@ -84,7 +84,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield each reduction as a triple: its name, a Quantity with unit and text, and its values."""
+    """Yield the name, the quantity with its unit, and the values of each reduction."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -101,7 +101,7 @@ def _reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array
 
 
 def _array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
-    """Return the names of a quantity's component dimensions, together with their labels."""
+    """Return the dimension names and labels for the components of a quantity."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 
@@ -116,7 +116,7 @@ def _run_attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return a variable for each varying parameter, and the variables `status` and `reached`."""
+    """Return the varying parameters, `status` and `reached` as variables of a Dataset."""
     axes, rows = of.tops.axes, parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
@@ -146,9 +146,9 @@ def parameter_variables(tops: Ensemble) -> dict[str, Variable]:
 
 
 def broadcast_to_tops(tops: Ensemble, dims: tuple[str, ...], values: Any) -> Any:
-    """Broadcast an array with the dimensions `dims` to all tops, and return one value per top.
+    """Broadcast values to the ensemble, and return a list with one value per top.
 
-    Vectors are returned as tuples.
+    Vector values are returned as tuples.
     """
     axes = tops.axes
     own = [d for d in dims if d not in axes]

@@ -1,4 +1,4 @@
-"""Execution of jobs by an executor, and of ensemble slices by threads or an executor."""
+"""Parallel execution of jobs by threads or by a concurrent.futures.Executor."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def run_jobs(
     poll: Callable[[], object],
     stop: Callable[[], object],
 ) -> None:
-    """Run jobs, and pass the key and future of each finished job to `collect`.
+    """Run jobs in parallel, and pass the key and the future of each finished job to `collect`.
 
-    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called to end the running
-    jobs, and waiting jobs are cancelled. The results of finished jobs are then passed to `collect`,
+    `poll` is called regularly. After an exception or Ctrl-C, waiting jobs are cancelled, and `stop`
+    is called to end the running jobs. The results of finished jobs are then passed to `collect`,
     and the exception is raised again. After an exception, run_jobs waits for jobs that run in
     threads, but not for jobs in other processes.
     """
@@ -74,7 +74,7 @@ def run_jobs(
 
 @dataclass
 class SliceTask(Generic[_R]):
-    """A task for the n members of an ensemble, which is performed slice by slice.
+    """A computation for n members of an ensemble that can be divided into slices.
 
     job        a function that returns the job for the members begin..end
     collect    a function that receives the first index and the result of each slice
@@ -91,7 +91,7 @@ class SliceTask(Generic[_R]):
 
 
 class WorkerPool(NamedTuple):
-    """A pool of workers: threads of this process, or an executor supplied by the user."""
+    """A pool of threads, or an executor supplied by the user."""
 
     threads: int
     executor: Executor | None = None
@@ -116,7 +116,7 @@ class WorkerPool(NamedTuple):
                 _run_with_executor(executor, self, task)
 
     def divide_evenly(self, n: int) -> Iterator[tuple[int, int]]:
-        """Yield slices of n members, of decreasing size so that all threads finish together."""
+        """Yield slices of decreasing size, so that all threads finish at about the same time."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
             size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)

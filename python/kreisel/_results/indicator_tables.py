@@ -1,4 +1,4 @@
-"""Tables of a chaos indicator and the resulting classification, for pandas and xarray."""
+"""Conversion of chaos indicators to pandas and xarray."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def indicator_frame(indicator: TopVerdicts, tops: Ensemble | None) -> DataFrame:
 
 
 def indicator_dataset(indicator: TopVerdicts, tops: Ensemble | None) -> Dataset:
-    """Return a Dataset with the indicator of each top over time, and the classification."""
+    """Return a Dataset with the indicator of each top over time and the classification."""
     with optional_dependency(TABLES):
         import xarray as xr
     axes = () if tops is None else tops.axes

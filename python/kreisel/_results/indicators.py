@@ -1,7 +1,7 @@
 """Chaos indicators, computed from the growth of one tangent vector per top of an ensemble.
 
-The limits below were determined by validation/studies/chaos_verdicts.py, which counts
-misclassifications.
+The thresholds were determined by counting misclassifications in
+validation/studies/chaos_verdicts.py.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The final value of the indicator: a float for a scene, an array for an ensemble."""
+        """The final value of the indicator, a float for a scene or an array for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno` above which a motion is classified as chaotic: 4.
+        """The value of `final_megno`, 4, above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
@@ -116,7 +116,7 @@ class Indicator(ReadOnlyArrays):
         A motion is classified as chaotic if `final_megno` exceeds `threshold`. The Lyapunov
         exponent of a motion classified as regular is below about 2 * threshold / t. A motion that
         starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
-        classified as chaotic. The value is False for a failed top. See also `doubt`.
+        classified as chaotic. The value is False for a top whose run failed. See also `doubt`.
         """
         return _scalar_or_array(self.final_megno > THRESHOLD)
 
@@ -131,10 +131,9 @@ class Indicator(ReadOnlyArrays):
         - a value of `final_megno` between 2.5 and 8, which is near the threshold;
         - fewer than 100 turns, unless the motion is chaotic.
 
-        In a study of 1600 random tops, 536 of them chaotic, no regular top was confidently
-        classified as chaotic. Some tops that were confidently classified as regular were in fact
-        chaotic. Their share was 2 % for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000
-        turns.
+        In a study of 1600 random tops, of which 536 were chaotic, no regular top was classified as
+        chaotic without doubt. Of the tops classified as regular without doubt, 2 % were in fact
+        chaotic for runs of 100 turns, 0.7 % for 300 turns, and 0 % for 1000 turns.
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
@@ -150,7 +149,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Return reasons why the classification is doubtful, for all runs that did not fail."""
+        """Return the tops to which each reason for doubt applies."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),
@@ -174,10 +173,11 @@ class Indicator(ReadOnlyArrays):
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scenes are described, for the labels
 
-        For a scene or an ensemble with one dimension, one curve per top is plotted against time.
-        Colours distinguish regular, chaotic and doubtful motions. A dashed line marks the MEGNO
-        threshold. For an ensemble with two dimensions, the final values are drawn as a map, in
-        which dots mark doubtful tops. On logarithmic scales, nonpositive values are omitted.
+        For a single scene or a one-dimensional ensemble, the indicator of each top is plotted
+        against time. Colours distinguish regular, chaotic and doubtful motions. A dashed line marks
+        the MEGNO threshold. For an ensemble with two dimensions, the final values are drawn as a
+        map, in which dots mark doubtful tops. On logarithmic scales, nonpositive values are
+        omitted.
 
             >>> import kreisel as kr
             >>> kr.megno(kr.scenes.asymmetric, 1000).plot(time_unit="s").get_xlabel()
@@ -253,10 +253,10 @@ def compute_indicator(
     pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """Compute the indicator `name` for all tops at times that have already been validated.
+    """Compute a chaos indicator for all tops of an ensemble at validated times.
 
-    `controls` contains tol, max_steps and the direction of the initial tangent vector. Raises
-    kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
+    `controls` contains the tolerance, the step limit and the initial direction of the tangent
+    vector. Raises kreisel.Interrupted, with the results of all finished tops, after Ctrl-C.
     """
     n, shape = tops.size, tops.shape
     curve, worst, megno = np.full((n, t.size), np.nan), np.full(n, np.nan), np.full(n, np.nan)
@@ -311,7 +311,7 @@ def _compute_rows(
 def _stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for the i-th top, whose `.paths` is `indicator`."""
+    """Return the exception for an indicator whose i-th top failed or was interrupted."""
     scene = tops.ravel()[i]
     status = str(indicator.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(indicator.t[-1])
@@ -320,7 +320,7 @@ def _stop_error(
 
 
 def single_indicator(indicator: Indicator) -> Indicator:
-    """Return the indicator of a single scene, given that of an ensemble with one top."""
+    """Convert the indicator of an ensemble with one top to the indicator of a scene."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())
@@ -337,6 +337,6 @@ def single_indicator(indicator: Indicator) -> Indicator:
 
 
 def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the only top of `tops` failed."""
+    """Raise kreisel.Error if the first top failed."""
     if indicator.failed.size:
         raise _stop_error(Error, tops, 0, text, indicator)

@@ -1,4 +1,4 @@
-"""Paths: the states of a run at the requested times, and quantities computed on access."""
+"""Paths, which contain the states of a run and compute quantities on access."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ if TYPE_CHECKING:
 class Path(ReadOnlyArrays, Tables):
     """The motion of a scene at n times.
 
-    All arrays are read-only, but their copies are writeable; t, q and m are views of `states`, and
-    other quantities are computed on first access. Vectors are given by their components in the
-    space frame unless stated otherwise.
+    All arrays are read-only, but copies of them are writeable. The arrays t, q and m are views of
+    `states`, and other quantities are computed on first access. Vectors are given by their
+    components in the space frame unless stated otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  the name of the method; the attributes step (negative: back in time), tol and digits
@@ -109,17 +109,18 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of all states [rad], estimated from a second run.
+        """The estimated error of the attitude [rad], as the maximum over all states.
 
-        The second run is a closed form if one applies exactly and is sufficiently accurate.
-        Otherwise, the second run is a Taylor series in 20-digit arithmetic. The series uses 30
-        digits if `digits` was passed to solve, or if a closed form differs too much from the
-        20-digit series.
+        The reference for the estimate is a closed form if one applies exactly and is sufficiently
+        accurate. Otherwise, the reference is a Taylor series in 20-digit arithmetic. A 30-digit
+        series is used if `digits` was passed to solve, or if the closed form deviates too much from
+        the 20-digit series.
 
-        For a path computed with 30 digits, the error is estimated from three runs with shorter
-        steps and from the growth of rounding errors. A path computed with method='geometric' may
-        not store the attitude. In this case, the value is the largest error of the run that the
-        step search accepted. If nothing is known about the attitude, the value is pi.
+        For a path computed with 30 digits, the error is estimated from the growth of rounding
+        errors and from three computations with shorter steps. A path computed with
+        method='geometric' may not store the attitude. In this case, the value is the error that was
+        estimated during the choice of the step. If nothing is known about the attitude, the value
+        is pi.
         """
         if not len(self):
             return 0.0
@@ -147,7 +148,7 @@ class Path(ReadOnlyArrays, Tables):
 
     @cached_property
     def plan(self) -> Plan:
-        """The kreisel.Plan of this path: what the solver used and omitted, and the reasons."""
+        """The kreisel.Plan of this path, with the choices of the solver and their reasons."""
         return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
@@ -159,7 +160,7 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path that contains the states of the same run at the times `t`.
+        """Return the path of the same motion at other times.
 
         The states are bitwise identical to those that kreisel.solve returns for these times.
 
@@ -171,9 +172,9 @@ class Path(ReadOnlyArrays, Tables):
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        The run is repeated from its initial state to the last of these times, whereas a closed form
-        is evaluated directly. The returned path contains the quantities in `want`, but neither
-        events nor tangents.
+        The motion is computed again from its initial state, except that closed forms are evaluated
+        directly. The returned path contains the quantities in `want`, but neither events nor
+        tangents.
 
         Raises ValueError for times outside the range of the path. Raises ValueError for the path of
         a kreisel.ExactMap, which is defined only at whole steps of the method. Raises kreisel.Error
@@ -219,7 +220,7 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def start_time(self) -> float:
-        """The time of the initial state of `path.scene` [T].
+        """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
         For such a run, the value is the time of the last change before the path begins.
@@ -229,7 +230,7 @@ class Path(ReadOnlyArrays, Tables):
     def scene_at(self, i: int) -> Scene:
         """Return a scene whose initial state, at t = 0, is the i-th state of this path.
 
-        The phase of a shaken support is set to the phase at the time of this state. Raises
+        The phase of a shaken support is advanced to the time of the selected state. Raises
         IndexError if the path has no state with this index.
         """
         (state,) = self.states[resolve_index(len(self), index(i))]
@@ -276,10 +277,10 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events in the form in which path.save writes them.
+        """The events in the form required by `path.save`.
 
-        This form consists of a path that contains the states at the events, and of the indices and
-        directions of the events.
+        The tuple contains a path with the states at the events, and the indices and directions of
+        the events.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -300,8 +301,8 @@ class Path(ReadOnlyArrays, Tables):
     def _repr_html_(self) -> str | None:
         """Return this path as a picture for display in notebooks.
 
-        Returns None if matplotlib is not installed, if the path has no or too many states, or if it
-        lacks quantities that the picture needs. In this case, the notebook displays the repr.
+        Returns None if matplotlib is not installed, if the path is empty or too long, or if a
+        quantity needed for the picture is missing. In this case, the notebook displays the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -320,12 +321,12 @@ class Path(ReadOnlyArrays, Tables):
     ) -> Film:
         """Return an animation of the body with the trace of its apex, drawn with matplotlib.
 
-        The animation can be displayed in a notebook or saved to a file. A body that is symmetric
-        about its apex is drawn as a body of revolution, and any other body as a cuboid. The
-        proportions of the drawn body are derived from the moments of inertia. The centre of the
-        drawn body is on the line through the fixed point and the centre of mass. The floor is below
-        the lowest position of the body, and shows the shadow of the body. The camera views the
-        initial tilt from the side.
+        The animation can be displayed in a notebook or saved to a file. Bodies that are symmetric
+        about the apex are drawn as bodies of revolution, and all others as cuboids. The proportions
+        of the drawn body are derived from the moments of inertia. The centre of the drawn body is
+        on the line through the fixed point and the centre of mass. The floor is below the lowest
+        position of the body, and shows the shadow of the body. The camera is placed so that the
+        initial tilt is seen from the side.
 
         file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
                    atomically
@@ -383,7 +384,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """Base class of exceptions for runs that end before the last requested time.
+    """Base class of exceptions for runs that ended before the last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -403,23 +404,22 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """Exception for a failed run; `.path` contains the computed states, `.status` the reason."""
+    """Exception for a failed run, with the computed states in `.path` and a name in `.status`."""
 
     __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Exception for a run interrupted by Ctrl-C; `.path` contains the computed states."""
+    """Exception for a run interrupted by Ctrl-C, with the computed states in `.path`."""
 
     __module__ = "kreisel"
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception for the status with which a run ended.
+    """Return the exception that describes why a run ended.
 
-    If the run failed or was interrupted, the exception is a RunStop that contains the path;
-    otherwise it reports invalid input. `where` is a message text that states the time reached by
-    the run.
+    The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
+    text that states the time reached by the run.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -434,7 +434,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 def make_path(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
-    """Return a path that contains all states in `result`, a result of the core."""
+    """Build a path from a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     stats, options = Stats(*counts), options.path_options
@@ -444,9 +444,9 @@ def make_path(
 def path_or_raise(
     scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
 ) -> Path:
-    """Return a path built from a core result, limited to the quantities in `options.want`.
+    """Build a path from a result of the core, and reduce it to the requested quantities.
 
-    If the status of the result is not 'OK', the exception given by stop_exception is raised.
+    Raises the exception returned by `stop_exception` if the run failed.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
@@ -461,9 +461,9 @@ def drop_unrequested_quantities(
 ) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
-    If `want` is None, the path itself is returned. If Ctrl-C interrupts the computation of the
-    quantities, the computation is repeated, and kreisel.Interrupted is raised with the complete
-    path. `end` is the last requested time.
+    If `want` is None, the path itself is returned. After Ctrl-C, the quantities are computed once
+    more, and kreisel.Interrupted is raised with the complete path. The last requested time is
+    `end`.
     """
     if want is None:
         return path
@@ -475,6 +475,6 @@ def drop_unrequested_quantities(
 
 
 def progress_text(path: Path, end: float) -> str:
-    """Return a message with the time that a path reached and the last requested time `end`."""
+    """Describe the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

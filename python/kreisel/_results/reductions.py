@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 class Reductions(EnsembleResult):
     """The result of kreisel.reduce: a mapping from quantity names to mappings of arrays.
 
-    The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
+    The inner mappings have the keys 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
     'where_max'. The arrays are read-only. The shape of each array is the shape of the ensemble,
     followed by that of the quantity. If a top failed, its values are NaN. The variance is the mean
-    squared deviation of the recorded values from their mean. where_min and where_max are the first
-    times [T] at which the minimum and the maximum are attained.
+    squared deviation of the recorded values from their mean. The minimum and the maximum are first
+    attained at the times where_min and where_max [T].
 
     tops  the ensemble
 
@@ -42,7 +42,7 @@ class Reductions(EnsembleResult):
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
     def _kinds_by_quantity(self) -> dict[str, list[str]]:
-        """Return a mapping from each quantity name to the kinds of its reductions."""
+        """Return a mapping from quantity names to the names of their reductions."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])

@@ -1,4 +1,4 @@
-"""Validated requests of kreisel.solve, which the core satisfies in a single call."""
+"""Validated arguments of kreisel.solve that can be reused for any scene."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def request_from_arguments(
     max_steps: object = 0,
     want: object = None,
 ) -> Request:
-    """Return the request with these arguments of kreisel.solve, for any scene.
+    """Validate arguments of kreisel.solve, and return them as a reusable request.
 
-    With 'auto', the request finds the method that suits a scene. Raises TypeError or ValueError for
-    an invalid argument, and TypeError if an argument is not hashable.
+    With method='auto', the method is chosen separately for each scene. Raises TypeError or
+    ValueError for an invalid argument, and TypeError for an argument that is not hashable.
     """
     controls = step, tol, digits, max_steps, method, want
     if method != "auto":
@@ -43,7 +43,7 @@ def request_from_arguments(
 
 
 def request_from_options(options: SolveOptions) -> Request | None:
-    """Return the request with these options, or None if a single call cannot satisfy it."""
+    """Return a request with these options, or None if it would need several calls of the core."""
     if options.error is not None or options.has_events or options.tangents:
         return None
     own = options.step, options.tol, options.digits, options.max_steps
@@ -81,7 +81,7 @@ def solve_request(
 ) -> Path | None:
     """Return the path of a scene, or None if the arguments must be validated in Python.
 
-    Raises the exception of stop_exception if the run fails.
+    Raises the exception returned by `stop_exception` if the run failed.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:

@@ -1,4 +1,4 @@
-"""Runs of an ensemble: slices of tops are run by threads or an executor, and results collected."""
+"""Parallel computation of the motions of an ensemble."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Run all tops up to the validated times `t`, and return the result.
+    """Compute the motions of all tops at validated times.
 
     Raises kreisel.Interrupted, with all results obtained so far, after Ctrl-C.
     """
@@ -61,7 +61,7 @@ def run_ensemble(
 def run_slice_remote(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Run a slice of tops in a worker process, and return the buffers that contain the results."""
+    """Run a slice of an ensemble in a worker process, and return its results."""
     buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

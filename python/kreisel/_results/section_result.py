@@ -1,4 +1,4 @@
-"""Poincaré sections: the states of each top in an ensemble at the occurrences of an event."""
+"""Results of Poincaré sections."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _DRAWABLE = (TIME, *QUANTITIES.values())
 
 
 class Section(EnsembleResult, QuantityAttributes):
-    """The states of each top in an ensemble at the occurrences of an event, from kreisel.section.
+    """The states of an ensemble at the occurrences of an event, computed by kreisel.section.
 
-    Each array has one row for each of the e states, sorted by top and, for each top, by time. All
-    arrays are read-only; quantities other than t, q and m are computed on first access.
+    Each array has one row for each of the e states, sorted by top and then by time. All arrays are
+    read-only; quantities other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Select the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
+        """Select the entries of `rows` that contain states."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
@@ -230,9 +230,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the section states of the tops begin..end, and return the rows that contain them.
+    """Compute the Poincaré sections of a slice of an ensemble.
 
-    Row i of `t` contains the maximum waiting time for the events of top i, repeated n times.
+    Each row of `t` contains the maximum waiting time of one top.
     """
     part = buffers.select_rows(slice(begin, end))
     assert part.states is not None and options.core_events is not None

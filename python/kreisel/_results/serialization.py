@@ -1,4 +1,4 @@
-"""Serialization of paths. An archive consists of a JSON header, a scene in TOML, and arrays."""
+"""Serialization of paths. An archive contains a JSON header, a scene in TOML, and arrays."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MET = "which", "direction"
 
 
 class PathFields(NamedTuple):
-    """The fields of a kreisel.Path, in the order of the constructor's parameters."""
+    """The constructor arguments of a kreisel.Path."""
 
     scene: Scene
     states: Array
@@ -52,7 +52,7 @@ EventArrays = tuple[States, Integers, Integers]  # states at the events, indices
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return an archive of a path and of its recorded events `met`, as bytes."""
+    """Write a path and its recorded events to an archive, and return its bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -93,10 +93,10 @@ def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
-    """Return the path in a file of `size` bytes, and its events or None.
+    """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events consist of a path that contains the states at the events, and of the indices and
-    directions of the events. Raises ValueError if the file is not an archive written by dump_path.
+    The events are returned as a path that contains their states, with their indices and directions.
+    Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
@@ -127,7 +127,7 @@ def _require_table(value: object) -> dict[str, object]:
 
 
 def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
-    """Return a path without arrays, built from the JSON object `head` in the archive header.
+    """Build a path without arrays from the JSON header of an archive.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
     """
@@ -147,7 +147,7 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathFields:
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
-    """Return the step chosen by method='geometric', parsed from the JSON object `words`.
+    """Parse the JSON description of the step that method='geometric' chose.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
     """
@@ -174,7 +174,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathFields, head: dict[str, object]
 ) -> PathFields:
-    """Return `words` with the arrays of the archive whose names begin with `prefix`."""
+    """Read the arrays of a path from an archive."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low must be true or false, not {short_repr(is_low)}")

@@ -1,4 +1,4 @@
-"""Tables of a path, with units, for pandas, xarray and CSV, and Euler angles as one array."""
+"""Conversion of paths to pandas, xarray and CSV."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
 def quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return each quantity in `names` together with its values at all states.
+    """Return the requested quantities with their values at all states.
 
     If `names` is empty, all quantities that the path stores are returned. The dimension of an angle
     is either 'rad' or 'deg'.
@@ -86,7 +86,7 @@ def _default_names(path: HasQuantities) -> tuple[str, ...]:
 def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
-    """Return t and the components of the quantities in `names` as one-dimensional columns."""
+    """Return t and the components of the requested quantities as one-dimensional arrays."""
     return _components(path, quantity_rows(path, names, degrees, unwrap))
 
 
@@ -100,12 +100,11 @@ def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
 
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
-    """Return the unit or dimension of t and of each component of the quantities in `names`."""
+    """Return the units of t and of all components of the requested quantities."""
     return _units(quantity_rows(path, names, degrees, False))
 
 
 def _units(rows: QuantityRows) -> dict[str, str]:
-    """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
@@ -113,7 +112,7 @@ def _units(rows: QuantityRows) -> dict[str, str]:
 def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
-    The first line consists of `heads`, if given, and otherwise of the column names.
+    The first line contains `heads` or, by default, the column names.
     """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -123,7 +122,7 @@ def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> st
 
 
 class Tables(States):
-    """The methods of a path that return or write tables."""
+    """Methods of a path that export tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
         """Return the z-x-z Euler angles as columns: precession_angle, nutation, spin_angle [rad].
@@ -175,10 +174,10 @@ class Tables(States):
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has the attributes `long_name` and `units`; the latter is the dimension [M L
-        T], 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene in TOML
-        format. The arguments and exceptions are the same as for to_pandas, except that ImportError
-        refers to xarray.
+        Each variable has the attributes `long_name` and `units`. The units are a dimension such as
+        'M L^2 T^-1', or 'rad' or 'deg'. The attributes of the Dataset are the method, and the scene
+        in TOML format. The arguments and exceptions are the same as for to_pandas, except that
+        ImportError refers to xarray.
         """
         with optional_dependency(TABLES):
             import xarray as xr
