@@ -18,7 +18,7 @@ from .._utils.validation import Array, as_finite_array, as_float
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-class RunOrigin(NamedTuple):
+class RunStart(NamedTuple):
     """The time and the low-order words of the initial state of a run.
 
     The time is nonzero only after a `push`, a `reset` or a change of the scene.
@@ -34,8 +34,8 @@ class RunOrigin(NamedTuple):
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
-    def from_json(cls, value: object) -> RunOrigin:
-        """Build a RunOrigin from a JSON value. Raises TypeError or ValueError."""
+    def from_json(cls, value: object) -> RunStart:
+        """Build a RunStart from a JSON value. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -46,7 +46,7 @@ class RunOrigin(NamedTuple):
         return cls(as_float("the time of the start", value[0]), low)
 
 
-ORIGIN = RunOrigin()
+ORIGIN = RunStart()
 
 
 def record_states(
@@ -54,7 +54,7 @@ def record_states(
     options: SolveOptions,
     times: Array,
     progress: Progress | Work | None = None,
-    origin: RunOrigin = ORIGIN,
+    origin: RunStart = ORIGIN,
 ) -> CoreResult:
     """Record the states at times that have already been validated.
 
@@ -65,8 +65,8 @@ def record_states(
     return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
 
 
-def record_unordered(
-    scene: Scene, options: SolveOptions, times: Array, origin: RunOrigin = ORIGIN
+def record_states_at_unordered_times(
+    scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
     """Compute the states at times in any order, positive or negative.
 
@@ -74,7 +74,7 @@ def record_unordered(
     result contains only the states of this run before the failure.
     """
     states = np.empty((times.size, 8))
-    low = np.empty((times.size, 8)) if options.has_low_words else None
+    low = np.empty((times.size, 8)) if options.has_extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
     for side in (times < 0.0, times >= 0.0):
         at = np.flatnonzero(side)
@@ -91,7 +91,7 @@ def record_unordered(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def creation_error(
+def make_creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception that explains why the core cannot start a run.

@@ -31,7 +31,7 @@ SPECIFIC_FORCE = Quantity(
 )
 
 
-def to_body_frame(q: Array, vector: Array) -> Array:
+def transform_to_body_frame(q: Array, vector: Array) -> Array:
     """Transform a vector from the space frame to the body frame, for each attitude in `q`."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)
