@@ -84,9 +84,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an error of 1e-8, without a division. This accuracy
- * suffices for the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev
- * points. */
+/* Returns the natural logarithm of x to within 1e-8, without a division. This accuracy suffices for
+ * the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -207,7 +206,8 @@ INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled square. */
+/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled squared
+ * norm. */
 INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
@@ -218,9 +218,9 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the relative errors of the changes in energy and vertical momentum, which a tangent
- * conserves. Each error is relative to the largest value possible for a tangent of the same
- * norm. */
+/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. The
+ * exact changes are constant in time. Each error is relative to the largest value possible for a
+ * tangent of the same norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -247,8 +247,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 #define END_WEIGHT (1.0 / 30.0)
 
 /* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
- * ln|delta| and of ln|delta| ln t. `most` and `last` are the largest and the latest value of
- * ln|delta|. `rest` is the square of the largest relative truncation error. */
+ * ln|delta| and of ln|delta| ln t. `most` is the largest value of ln|delta|, and `last` is the
+ * latest. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
@@ -298,8 +298,8 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the estimated fraction of h for which the truncation error is small enough, at most 1.
- * `all` is the tangent after a substep of length h. */
+/* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
+ * enough. The argument `all` is the tangent at the end of a substep of length h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -361,7 +361,7 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the tangent from the beginning of the step to the time `to`, in at most `most`
+/* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. `at` is the point of the path at the time `to`. Writes the time reached by each lane to
  * `reached`. Returns the tangent without the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,

@@ -58,8 +58,8 @@ static size_t count_structs(double *memory, size_t n)
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* Memory location of a tangent: its struct (`from`), its lane in a batch, and the distance between
- * components (`apart`). The distance is counted in doubles, and is 0 for a single tangent. */
+/* Memory location of a tangent: the struct `from`, the lane in a batch, and the distance `apart`
+ * between components. The distance is counted in doubles, and is 0 for a single tangent. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;

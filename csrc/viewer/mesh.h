@@ -33,7 +33,7 @@ typedef struct kr_trail {
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the magnitudes of momentum and angular velocity that determine the scale of the picture.
  * The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
- * loss of potential energy. I is the largest moment of inertia, and the energies are those in the
+ * loss of potential energy. Here I is the largest moment of inertia, and the energies refer to the
  * inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the angular speed of
  * the support. The results are never smaller than the initial values. A result of zero, as for a
  * top that cannot move, is replaced by 1. */
