@@ -1,7 +1,7 @@
 /* Test for possible events within the current step of each lane. Within a step, the event function
  * is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
- * coefficients have the same sign as the function before the step, no sign change has occurred. The
- * test may report false positives, but never misses a sign change. Lanes with a possible event are
+ * coefficients have the sign of the function before the step, no sign change has occurred. The test
+ * may report false positives, but never misses a sign change. Lanes with a possible event are
  * searched by section.c. This source is compiled once for each instruction set. */
 #include "lane_series.h"
 

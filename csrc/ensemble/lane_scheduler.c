@@ -133,7 +133,7 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
 /* Returns `apart`, the difference of two moments of inertia. With a rotor, a difference near zero
- * is replaced by a tiny nonzero number, because the rotor terms are divided by it. */
+ * is replaced by a tiny nonzero number, because the rotor terms are divided by the difference. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -190,8 +190,8 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
               times_power_of_2(a.z, power));
 }
 /* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
- * power of two so that its square does not overflow. The default tangent has arbitrary components,
- * so it is unlikely to lie in a symmetry direction. */
+ * power of two so that its squared norm does not overflow. The default tangent has arbitrary
+ * components, so it is unlikely to lie in a symmetry direction. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {

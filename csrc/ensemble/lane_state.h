@@ -40,8 +40,8 @@ typedef struct kr_lanes {
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
-     * cyclically. The resulting sums are stored in `prev` and `next`. Without a rotor, the terms
-     * are -0, because adding -0 leaves every number unchanged. */
+     * cyclically. The sums of the rotor terms and W_0 are stored in `prev` and `next`. Without a
+     * rotor, the terms are -0, because adding -0 leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
@@ -112,7 +112,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

@@ -2,9 +2,9 @@
  * shorten the steps, but do not otherwise change the computed path. This source is compiled once
  * for each instruction set. The variational equations are those of taylor/tangents.h without
  * damping and parameters. Two solutions of these equations are trivial: the flow and the rotation
- * about the vertical. As pairs (theta | N), these solutions are (W | P x c) and (P | P x M) with M
- * = AW + h. The trivial solutions are removed at the end of each step, and the growth of the
- * remainder is measured. Up to the tolerance, each tangent conserves the quantities
+ * about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c) and (P | P
+ * x M), where M = AW + h. The trivial solutions are removed at the end of each step, and the growth
+ * of the remainder is measured. Up to the tolerance, each tangent conserves the quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -218,9 +218,9 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. The
- * exact changes are constant in time. Each error is relative to the largest value possible for a
- * tangent of the same norm. */
+/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. For
+ * an exact tangent, both changes are constant in time. Each error is relative to the largest value
+ * possible for a tangent of the same norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);

@@ -12,7 +12,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores a vector in a lane, with its components permuted cyclically. */
+/* Permutes the components of a vector cyclically, and stores them in a lane. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};

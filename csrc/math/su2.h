@@ -50,7 +50,7 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, by Cramer's rule. */
+/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, computed by Cramer's rule. */
 static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
     const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);

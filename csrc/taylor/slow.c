@@ -228,8 +228,8 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     kr_taylor_set_constants(p->series, motion, rate);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
-/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero. The value
- * of LOG2_AT_REST is such that powers of the resulting step size do not overflow. */
+/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
+ * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -352,7 +352,7 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 0 if the next step cannot use a slow manifold, and 1 if it possibly can. For tops on
+/* Returns 1 if the next step may be able to use a slow manifold, and 0 otherwise. For tops on
  * moving supports, this quick test often makes a longer computation unnecessary. */
 static int may_be_slow(const kr_motion *motion)
 {

@@ -44,7 +44,7 @@ enum {
 #define LOG_OF_2 0.6931471805599453
 
 /* The strongly damped axes, and rates in the units of the motion. `rate` is the largest rate of the
- * slow motion, and `fall` the largest rate at which the top falls over. */
+ * slow motion, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;

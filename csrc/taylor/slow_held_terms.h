@@ -94,7 +94,7 @@ static number NAME(held_velocity)(const NAME(terms) * s, const NAME(directions) 
     }
     return sum;
 }
-/* Writes the Taylor coefficients of the friction torque relative to its limit. */
+/* Writes the Taylor coefficients of the ratio of the friction torque to its limit. */
 static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
                              const NAME(directions) * held, number friction, int order,
                              kr_series to[2])

@@ -14,7 +14,7 @@ typedef struct LOCAL(series) {
 } LOCAL(series);
 /* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
  * to the support, `body` is that of the support, and `momentum` is the angular momentum. `dragged`
- * is the damping torque, and `pulled` the effective gravity vector. `torque` is the friction
+ * is the damping torque, and `pulled` is the effective gravity vector. `torque` is the friction
  * torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;

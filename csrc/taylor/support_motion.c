@@ -1,9 +1,9 @@
 /* Constants and steps of the Taylor series for tops with dry friction or on moving supports
- * (support.h). Each step starts from the exact position of the support at the beginning of the
- * step. Within a step, the spin of a sliding top and the torque on a held top are polynomials in
- * time. A step ends where the spin reaches zero or the friction torque reaches its limit. The end
- * of the step is accurate up to the rounding errors of the arithmetic, which is double-double for
- * more than 16 digits. */
+ * (support.h). The exact position of the support is computed at the beginning of each step. Within
+ * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
+ * ends where the spin reaches zero or the friction torque reaches its limit. The end of the step is
+ * accurate up to the rounding errors of the arithmetic, which is double-double for more than 16
+ * digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -250,8 +250,8 @@ static void remove_spin(kr_series s[2])
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
 /* Decides whether friction holds a top whose spin is zero. `needed` is the torque that friction has
- * to balance, relative to its maximum. The top starts to slide in the direction of the needed
- * torque or, backward in time, in the opposite direction. */
+ * to balance, in units of the maximum friction torque. The top starts to slide in the direction of
+ * the needed torque or, backward in time, in the opposite direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;

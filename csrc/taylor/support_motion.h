@@ -21,8 +21,8 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
 /* Returns the lever arm of the effective gravity G in the units of the motion. Writes the constant
  * part of G to `base`, and the amplitude of the oscillating part to `sway`. */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
-/* Writes the cosine and the sine of the shaking phase at the time `end` + `low`, measured in units
- * of 1 / rate. */
+/* Writes the cosine and the sine of the shaking phase at the time `end` + `low`. The unit of time
+ * is 1 / rate. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
 /* Updates the position of the support for the beginning of the next step. */

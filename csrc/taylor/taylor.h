@@ -149,8 +149,8 @@ extern const kr_tangent_ops kr_taylor_tangents;
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
  * unknown. */
