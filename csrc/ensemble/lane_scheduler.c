@@ -189,9 +189,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
- * power of two so that its squared norm does not overflow. The default tangent has arbitrary
- * components, so it is unlikely to lie in a symmetry direction. */
+/* Writes the initial tangent, expressed in working axes and internal units. The user's tangent is
+ * scaled by a power of two so that its squared norm does not overflow. The default tangent has
+ * arbitrary components, so it is unlikely to lie in a symmetry direction. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {

@@ -1,10 +1,11 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
  * shorten the steps, but do not otherwise change the computed path. This source is compiled once
- * for each instruction set. The variational equations are those of taylor/tangents.h without
- * damping and parameters. Two solutions of these equations are trivial: the flow and the rotation
- * about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c) and (P | P
- * x M), where M = AW + h. The trivial solutions are removed at the end of each step, and the growth
- * of the remainder is measured. Up to the tolerance, each tangent conserves the quantities
+ * for each instruction set. The variational equations are those of taylor/tangents.h, but have no
+ * damping and no parameters. Two solutions of these equations are trivial: the flow and the
+ * rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c)
+ * and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step, and
+ * the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
+ * quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -400,8 +401,8 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
     return a;
 }
 /* Propagates the tangent over the last step, removes the trivial solutions, and scales the result
- * by a power of two. Returns the time reached by each lane: the end of the step, or earlier if the
- * tangent needs too many substeps. */
+ * by a power of two. Returns the time reached by each lane: the end of the step, or an earlier time
+ * if the tangent needs too many substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};

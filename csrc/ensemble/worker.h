@@ -62,7 +62,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 /* Integrates all tops up to their requested times or events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
-/* Returns the times of top i. */
+/* Returns the requested times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;

@@ -4,8 +4,8 @@
  * for batches define three types. The type `triple` holds one vector for each tangent. The type
  * `turned` is a triple whose components are permuted for multiplication by a path coefficient
  * (`path_term`). The type `halves` holds the two sums of products whose difference is a cross
- * product. Each sum adds the latest coefficient last, because all other terms can be added before
- * it is known. */
+ * product. In each sum, the latest coefficient is added last, because all other terms can be added
+ * before it is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -29,16 +29,16 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the derivative of the inertia tensor times the n-th coefficient of the angular
- * velocity. */
+/* Returns the product of the derivative of the inertia tensor and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns the derivative of the damping matrix times the n-th coefficient of the angular
- * velocity. */
+/* Returns the product of the derivative of the damping matrix and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);

@@ -39,7 +39,8 @@ enum {
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */
 #define ROUNDING 0x1p-50
-/* After this fraction of the estimated time to the slow manifold, a motion is tested again. */
+/* A motion is tested again after the fraction PATIENCE of the estimated time to the slow
+ * manifold. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
@@ -51,8 +52,8 @@ typedef struct slow_axes {
     /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* Response of the angular velocities about the strongly damped axes to torques. Each torque is
-     * normalized so that its response is 1 without a rotor, which couples the axes. */
+    /* Changes of the angular velocities about the strongly damped axes in response to torques. Each
+     * torque is normalized so that its response is 1 without a rotor, which couples the axes. */
     double gain[3][3];
 } slow_axes;
 

@@ -27,7 +27,8 @@ static void NAME(pull)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = NAME(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
+/* Returns the n-th coefficient of the angular acceleration about an axis, excluding the damping
+ * term. */
 static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -197,10 +198,10 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
         to[1].w[n][0] = low(sum);
     }
 }
-/* Returns 1 if the angular velocity at the end of a series agrees with the slow manifold. About
- * each strongly damped axis, the difference must be at most `near` times the larger of slow_size
- * and least_size. If the motion has not reached the manifold, writes an estimate of the remaining
- * time to `wait`. */
+/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
+ * About each strongly damped axis, the difference must be at most `near` times the larger of
+ * slow_size and least_size. If the motion has not reached the manifold, writes an estimate of the
+ * remaining time to `wait`. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {

@@ -95,7 +95,7 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Adds the friction that keeps the spin constant to coefficient n + 1 of W, and returns the sum. */
+/* Adds to coefficient n + 1 of W the friction that keeps the spin constant, and returns the sum. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),

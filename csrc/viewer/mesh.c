@@ -28,10 +28,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Computes a cuboid of density 1 if possible, and the largest cuboid otherwise. The largest cuboid
- * is found by ternary search, because the logarithm of the volume is concave in 1 / mass. The
- * density of the cuboid increases with its mass. The factor 1.001 is a margin for the body of the
- * thesis (Bodack 2008), whose largest cuboid has density 1. */
+/* Computes a cuboid of density 1 if possible, and the largest possible cuboid otherwise. The
+ * largest cuboid is found by ternary search, because the logarithm of the volume is concave in 1 /
+ * mass. The density of the cuboid increases with its mass. The factor 1.001 is a margin for the
+ * body of the thesis (Bodack 2008), whose largest cuboid has density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;

@@ -1,8 +1,8 @@
-/* A simulation of several tops with a common time, and a record of measured values. Time is counted
- * in integer ticks, so that multiples of different steps can be exactly equal. The states of each
- * top are computed at multiples of its own step size. Tops are compared only at common multiples of
- * their steps; otherwise time differences would appear as errors. Results do not depend on how the
- * simulated time is divided among calls. The memory requirement is fixed. */
+/* A simulation of several tops that share a common time, and a record of their measured values.
+ * Time is counted in integer ticks, so that multiples of different steps can be exactly equal. The
+ * states of each top are computed at multiples of its own step size. Tops are compared only at
+ * common multiples of their steps; otherwise time differences would appear as errors. Results do
+ * not depend on how the simulated time is divided among calls. The memory requirement is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
