@@ -253,8 +253,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the integrands at the time t to the growth integrals, with the quadrature weight `share`.
- * Lanes that have reached the end of the step have zero weight. */
+/* Adds the integrands at the time t, weighted by `share`, to the growth integrals. Lanes that have
+ * reached the end of the step have zero weight. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;

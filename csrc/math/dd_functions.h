@@ -39,8 +39,8 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* Returns the polar angle of the point (x, y). A single Newton step squares the error of atan2,
- * which gives double-double accuracy. */
+/* Returns the polar angle of the point (x, y). A single Newton step after atan2 gives double-double
+ * accuracy, because the step squares the error. */
 static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);

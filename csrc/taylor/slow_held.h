@@ -10,8 +10,8 @@
 #define KR_TAYLOR_SLOW_HELD_H
 #include "slow_axes.h"
 
-/* Directions perpendicular to the apex, in ascending order of their damping rates d_i. The unit of
- * time is that of the motion. */
+/* Directions perpendicular to the apex, in ascending order of their damping rates d_i. All rates
+ * refer to the unit of time of the motion. */
 struct held_directions {
     dd v[2][3], weight[2][3]; /* v_i and A v_i */
     dd drag[2][2];    /* <v_i, D v_k>, where the two values for i != k are rounding errors */

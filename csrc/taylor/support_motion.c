@@ -227,7 +227,7 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
     }
     return v_of(sum);
 }
-/* Returns the derivative that the spin would have without friction at the end of the last step. */
+/* Returns the time derivative of the spin at the end of the last step, excluding friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);

@@ -3,8 +3,8 @@
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Computes a cuboid of the given mass that has the inertia of the body, and the same product of
- * mass and centre of mass. Returns the volume of the cuboid, or 0 if no such cuboid exists. */
+/* Computes a cuboid of the given mass. Its inertia and its product of mass and centre of mass are
+ * those of the body. Returns the volume of the cuboid, or 0 if no such cuboid exists. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
