@@ -1,6 +1,6 @@
-/* Vectorized integration of many tops, one per lane of a vector, in double precision. This file is
- * compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2 -mfma
- * (CMakeLists.txt). */
+/* Vectorized integration of many tops in double precision. Each lane of a vector holds one top.
+ * This file is compiled once for each instruction set, with options such as -DKR_ISA=avx2 -mavx2
+ * -mfma (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 

@@ -1,8 +1,8 @@
 /* Test for possible events within the current step of each lane. Within a step, the event function
  * is a polynomial, and its coefficients in the Bernstein basis bound its values. If all
- * coefficients have the sign that the function had before the step, no sign change has occurred.
- * The test may report false positives, but never misses a sign change. Lanes with a possible event
- * are searched by section.c. This source is compiled once for each instruction set. */
+ * coefficients have the sign of the function before the step, no sign change has occurred. The test
+ * may report false positives, but never misses a sign change. Lanes with a possible event are
+ * searched by section.c. This source is compiled once for each instruction set. */
 #include "lane_series.h"
 
 /* Returns the event function without its constant term. */
@@ -28,7 +28,7 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 }
 /* Computes the polynomial coefficients of the event function, or of its derivative, over a step of
  * size h. Returns the degree. As in events/event_polynomial.c, the last coefficient is corrected so
- * that consecutive steps agree at their common end point. */
+ * that the polynomials of consecutive steps agree at the common end point. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;

@@ -1,5 +1,5 @@
 /* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
- * has reached its last time, its lane is loaded with the next top. If a top fails in a lane, the
+ * has reached its final time, the next top is loaded into its lane. If a top fails in a lane, the
  * scalar code repeats the integration from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
@@ -127,13 +127,13 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
     set_components(to, lane, v.x, v.y, v.z);
 }
-/* Returns v with all zeros negative, because adding -0 leaves every number unchanged. */
+/* Returns v with -0 in place of all zeros, because adding -0 leaves every number unchanged. */
 static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns the difference `apart` of two moments of inertia, or a tiny nonzero number if the rotor
- * terms would be divided by zero. */
+/* Returns `apart`, the difference of two moments of inertia. With a rotor, a difference near zero
+ * is replaced by a tiny nonzero number, because the rotor terms are divided by the difference. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
@@ -155,8 +155,8 @@ static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 fac
     set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
                    shift_by(torque.z, factor.z));
 }
-/* Constants of the equations of motion in the units of the series, with cyclically permuted axes.
- * `apart` holds the differences of the moments of inertia `A`. */
+/* Constants of the equations of motion, in the units of the series and for the cyclically permuted
+ * axes. The member `apart` holds the differences of the moments of inertia `A`. */
 typedef struct {
     kr_vec3 A, c, h, apart;
 } shifted_constants;
@@ -189,9 +189,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
- * power of two so that its square does not overflow. The default tangent has arbitrary components,
- * so it is unlikely to lie in a symmetry direction. */
+/* Writes the initial tangent, expressed in working axes and internal units. The user's tangent is
+ * scaled by a power of two so that its squared norm does not overflow. The default tangent has
+ * arbitrary components, so it is unlikely to lie in a symmetry direction. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -299,9 +299,9 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next requested time. Requested times equal to the initial time
- * receive the initial state itself. Returns 0 and frees the lane if the top is finished or must be
- * integrated by the scalar code. */
+/* Sets the goal of a lane to the next requested time. If a requested time equals the initial time,
+ * the initial state itself is stored. Returns 0 and frees the lane if the top is finished or must
+ * be integrated by the scalar code. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];

@@ -1,8 +1,8 @@
 /* Implements the Taylor series declared in lane_state.h: computes the coefficients, chooses the
  * step size, and evaluates the series. This source is compiled once for each instruction set. Every
  * convolution sum starts with its middle terms, so that it can begin before the latest coefficients
- * are known. The results in a lane are bitwise equal for all vector widths with fused
- * multiply-add. */
+ * are known. On all hardware with fused multiply-add, the results in a lane are bitwise equal,
+ * whatever the vector width. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -108,7 +108,8 @@ INLINE void add_turn(lane_sums *a, lane_vec wm, lane_vec pj)
     a->plus.z = wide_fma(pj.x, wm.y, a->plus.z);
     a->minus.z = wide_fma(pj.y, wm.x, a->minus.z);
 }
-/* Adds the contribution of two Taylor coefficients to the products of angular velocities. */
+/* Adds the contribution of two Taylor coefficients to the products of angular velocity
+ * components. */
 INLINE void add_torque(lane_sums *a, lane_vec wj, lane_vec wm)
 {
     a->ww.x = wide_fma(wj.y, wm.z, a->ww.x);
@@ -121,13 +122,14 @@ INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
     a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
 }
-/* Adds the rotor's contribution to the products of angular velocities, and returns the sum. */
+/* Adds the rotor's contribution to the products of angular velocity components, and returns the
+ * sum. */
 INLINE lane_vec add_lane_rotor(kr_lanes *l, lane_vec w, lane_vec to)
 {
     const lane_vec of_prev = lane_vec_fma(lane_vec_load(l->shift_next), lane_vec_prev(w), to);
     return lane_vec_fma(lane_vec_load(l->shift_prev), lane_vec_next(w), of_prev);
 }
-/* Adds the products of the middle coefficients, which occur only if n is even. */
+/* If n is even, adds the products of the middle coefficients (of order n / 2). */
 INLINE void add_middle(lane_sums *a, kr_lanes *l, int n, int headless)
 {
     const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
@@ -167,7 +169,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* In measurements, this order of the independent sums was the fastest. */
+        /* According to measurements, this order of the independent sums is the fastest. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);
@@ -250,7 +252,7 @@ INLINE wide approx_exp2_lanes(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, estimated from the n-th Taylor term. The heading has a
- * larger weight, because its omitted terms can all have the same sign and then add up. */
+ * larger weight, because the omitted terms of its series can all have the same sign and add up. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

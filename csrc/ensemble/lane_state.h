@@ -6,12 +6,12 @@
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * The vertical P and the heading f determine the attitude, so each order needs only 12 products of
- * Taylor coefficients. A series of the quaternion q would need 21 products. The inner product (W,
- * P) needs only 2 of the 12 products, because (AW + h, P) is constant. The torque of a rotor is
- * included by modifying the coefficient W_0, as described in taylor.h. The constant d is the value
- * of the vertical P at the beginning of a step. The expression for f' has a pole at P = -d, and the
- * distance from this pole limits the step size. Time is scaled so that |W| < 1. Energy and angular
- * momentum are conserved only up to the tolerance. */
+ * Taylor coefficients. A Taylor series of the quaternion q would need 21 products per order. Only 2
+ * of the 12 products are needed for the inner product (W, P), because (AW + h, P) is constant. The
+ * torque of a rotor is included by modifying the coefficient W_0, as described in taylor.h. The
+ * constant d is the value of the vertical P at the beginning of a step. The expression for f' has a
+ * pole at P = -d, and the distance from this pole limits the step size. Time is scaled so that |W|
+ * < 1. Energy and angular momentum are conserved only up to the tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -25,8 +25,8 @@ typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
 struct kr_lane_tangents;
 /* The current step of every lane, which extends from the time t to the time `end`. The body axes
- * are permuted so that the third moment of inertia is the largest. An unused lane has finite
- * numbers and an infinite `goal`. */
+ * are permuted so that the third moment of inertia is the largest. The coefficients of an unused
+ * lane are finite, and its `goal` is infinite. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -40,8 +40,8 @@ typedef struct kr_lanes {
     /* factors of Wx Px, Wy Py and Pz in (W, P): 1 - Ax / Az, 1 - Ay / Az, -hz / Az */
     kr_lane_vector part;
     /* Rotor terms added to prev(W_0) and next(W_0): -hz / (Ay - Az) and hy / (Ay - Az), permuted
-     * cyclically. The sums are stored in `prev` and `next`. Without a rotor, the terms are -0,
-     * because adding -0 leaves every number unchanged. */
+     * cyclically. The sums of the rotor terms and W_0 are stored in `prev` and `next`. Without a
+     * rotor, the terms are -0, because adding -0 leaves every number unchanged. */
     kr_lane_vector shift_prev, shift_next, prev, next;
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
@@ -112,7 +112,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

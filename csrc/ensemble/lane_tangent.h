@@ -1,10 +1,11 @@
 /* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
  * shorten the steps, but do not otherwise change the computed path. This source is compiled once
- * for each instruction set. The variational equations are those of taylor/tangents.h without
- * damping and parameters. Two solutions of these equations are trivial: the flow and the rotation
- * about the vertical. As pairs (theta | N), these solutions are (W | P x c) and (P | P x M) with M
- * = AW + h. The trivial solutions are removed at the end of each step, and the growth of the
- * remainder is measured. Up to the tolerance, each tangent conserves the quantities
+ * for each instruction set. The variational equations are those of taylor/tangents.h, but have no
+ * damping and no parameters. Two solutions of these equations are trivial: the flow and the
+ * rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c)
+ * and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step, and
+ * the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
+ * quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
  * the time T:
@@ -84,9 +85,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm of x with an error of 1e-8, without a division. This accuracy
- * suffices for the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev
- * points. */
+/* Returns the natural logarithm of x to within 1e-8, without a division. This accuracy suffices for
+ * the growth integrals. The polynomial interpolates ln(1 + m) / m at Chebyshev points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -207,7 +207,8 @@ INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled square. */
+/* Returns the logarithm of the norm of a tangent, given the logarithm of its scaled squared
+ * norm. */
 INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
@@ -218,9 +219,9 @@ INLINE lane_vec lean_at(kr_lane_tangents *g, const lane_point *at)
     const lane_vec pull = lane_vec_cross(lane_vec_load(g->c), at->p);
     return lane_vec_add(pull, lane_vec_cross(at->w, momentum_at(g, at)));
 }
-/* Writes the relative errors of the changes in energy and vertical momentum, which a tangent
- * conserves. Each error is relative to the largest value possible for a tangent of the same
- * norm. */
+/* Writes the relative errors of the changes in energy and vertical momentum due to a tangent. For
+ * an exact tangent, both changes are constant in time. Each error is relative to the largest value
+ * possible for a tangent of the same norm. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec lean = lean_at(g, at);
@@ -247,13 +248,13 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 #define END_WEIGHT (1.0 / 30.0)
 
 /* Statistics of the growth of a tangent delta. `area` and `moment` are the time integrals of
- * ln|delta| and of ln|delta| ln t. `most` and `last` are the largest and the latest value of
- * ln|delta|. `rest` is the square of the largest relative truncation error. */
+ * ln|delta| and of ln|delta| ln t. `most` is the largest value of ln|delta|, and `last` is the
+ * latest. `rest` is the square of the largest relative truncation error. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the integrands at the time t to the growth integrals, with the quadrature weight `share`.
- * Lanes that have reached the end of the step have zero weight. */
+/* Adds the integrands at the time t, weighted by `share`, to the growth integrals. Lanes that have
+ * reached the end of the step have zero weight. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -298,8 +299,8 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the estimated fraction of h for which the truncation error is small enough, at most 1.
- * `all` is the tangent after a substep of length h. */
+/* Returns the fraction of h, at most 1, for which the truncation error is estimated to be small
+ * enough. The argument `all` is the tangent at the end of a substep of length h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -361,7 +362,7 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the tangent from the beginning of the step to the time `to`, in at most `most`
+/* Propagates the tangent from the beginning of the step to the time `to`, using at most `most`
  * substeps. `at` is the point of the path at the time `to`. Writes the time reached by each lane to
  * `reached`. Returns the tangent without the trivial solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
@@ -400,8 +401,8 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
     return a;
 }
 /* Propagates the tangent over the last step, removes the trivial solutions, and scales the result
- * by a power of two. Returns the time reached by each lane: the end of the step, or earlier if the
- * tangent needs too many substeps. */
+ * by a power of two. Returns the time reached by each lane: the end of the step, or an earlier time
+ * if the tangent needs too many substeps. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};

@@ -11,7 +11,7 @@ typedef struct kr_accumulator {
 /* Updates the accumulators with the k-th state of a top. */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
-/* Writes the final results of reductions over `states` states. */
+/* Writes the final results of the reductions, where `states` is the number of states. */
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 #endif

@@ -1,9 +1,9 @@
-/* Sections of many tops: the states of each top at which an event occurs. The vectorized code can
- * detect an event if its function is linear in the body-frame components of the vertical and the
- * angular velocity. The height of the centre of mass is a typical event function. Each lane holds
- * one top, and stops after a step in which its event function may have changed sign. The functions
- * in this file search the last step of a lane for the event. Tops with other events are integrated
- * one at a time by the scalar code (events/event_search.c). */
+/* Sections of the motions of many tops, consisting of the states at which an event occurs. The
+ * vectorized code can detect an event if its function is linear in the body-frame components of the
+ * vertical and the angular velocity. The height of the centre of mass is a typical event function.
+ * Each lane holds one top, and stops after a step in which its event function may have changed
+ * sign. The functions in this file search the last step of a lane for the event. Tops with other
+ * events are integrated one at a time by the scalar code (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -12,7 +12,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores a vector in a lane, with its components permuted cyclically. */
+/* Permutes the components of a vector cyclically, and stores them in a lane. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};

@@ -1,6 +1,6 @@
 /* A worker computes the motion of many tops. The worker allocates memory once, dispatches each top,
- * and writes the outcomes. Each top is integrated in a lane, in a batch of closed-form solutions,
- * or alone as a kr_top (a scalar run). The results for a top do not depend on other tops. */
+ * and writes the outcomes. Each top is computed in a lane, in a batch of closed-form solutions, or
+ * alone in a scalar run (kr_top). The results for a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include "model/scene.h"

@@ -1,6 +1,6 @@
-/* Declaration of the worker that the files of ensemble/ share. Tops are dispatched by worker.c,
- * evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes by
- * lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
+/* Declaration of the worker shared by the source files in ensemble/. Tops are dispatched by
+ * worker.c, evaluated in batches of closed-form solutions by exact_batch.c, and integrated in lanes
+ * by lane_scheduler.c. Events are found by section.c, and states are reduced by reduce.c. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
@@ -44,7 +44,8 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                            const kr_state *state);
 /* Returns 1 if the worker propagates tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
-/* Stores the growth of a lane's tangent for the next requested time, or zeros if `row` is NULL. */
+/* Stores the growth of a lane's tangent for the next requested time. If `row` is NULL, zeros are
+ * stored. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome and the reductions of a top, and fills the unused output with NaN. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
@@ -54,14 +55,14 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 {
     return worker->accumulators + KR_LANES_MAX * worker->reductions;
 }
-/* Integrates top i with the scalar code, using `top` as work space. */
+/* Integrates top i with the scalar code, using `top` as workspace. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
 /* Returns the configuration for top i. The step is negative if the last requested time precedes the
  * initial time. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 /* Integrates all tops up to their requested times or events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
-/* Returns the times of top i. */
+/* Returns the requested times of top i. */
 static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
@@ -108,8 +109,8 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 }
 /* Returns 1 if the vectorized code can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Stores the event function for one lane, converted to the frequency unit `rate` and to axes
- * permuted cyclically by `shift`. */
+/* Stores the event function for one lane, in the frequency unit `rate` and for axes permuted
+ * cyclically by `shift`. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
  * lane if there are no more events to search for. */

@@ -9,7 +9,7 @@
 
 /* Macros for the x86 features that the code uses. The amalgamated kreisel.c (cmake/amalgamate.py)
  * selects x86 features by function attributes. Because clang defines no macros for function
- * attributes, kreisel.c defines KR_TARGET_AVX2 etc. */
+ * attributes, kreisel.c defines KR_TARGET_AVX2 and similar macros. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
 #endif
@@ -26,8 +26,8 @@
 #endif
 
 /* A kernel is a single loop without function calls, because a call would force all vector registers
- * to be saved to memory. APART marks functions that are not inlined, because kernels rarely call
- * them. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
+ * to be saved to memory. APART prevents the compiler from inlining functions that kernels rarely
+ * call. If KR_SMALL is defined, the compiler decides what to inline, which makes the code smaller.
  * Files with long functions define KR_LONG_FUNCTIONS. In some builds without fused multiply-add,
  * the compiler also decides what to inline in files with long functions. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
@@ -74,8 +74,8 @@
  * are tested individually, because some compilers do not recognize level names such as
  * x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-/* KR_SCALAR_NAME is the name of the version of a function that does not use vectors. AVX-512 uses
- * the AVX2 version, because wider registers would not make scalar code faster. */
+/* KR_SCALAR_NAME forms the name of the scalar version of a function. AVX-512 uses the AVX2 version,
+ * because wider registers would not make scalar code faster. */
 #if defined KR_WITH_AVX2
 #  define KR_SCALAR_NAME(thing) thing##_avx2
 #else

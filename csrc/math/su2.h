@@ -1,7 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Names of vector functions begin with v_,
- * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*. In
- * the thesis (Bodack 2008), a vector is represented in su(2) by half its pure quaternion, and
- * Phi^-1 denotes q. */
+ * and names of quaternion functions with q_. A unit quaternion q rotates the vector v to q v q*.
+ * The thesis (Bodack 2008) represents a vector in su(2) by half its pure quaternion, and denotes q
+ * by Phi^-1. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -13,7 +13,8 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
-/* The functions v_of and v_put read and write vectors in arrays of doubles. */
+/* The function v_of reads a vector from an array of doubles, and v_put writes a vector to an
+ * array. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {
@@ -49,7 +50,7 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, by Cramer's rule. */
+/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, computed by Cramer's rule. */
 static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
     const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);

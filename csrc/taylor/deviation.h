@@ -1,11 +1,11 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source is compiled for single tangents (deviation_single.h) and for batches
  * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
- * for batches define three types. A `triple` holds one vector for each tangent. A `turned` is a
- * triple whose components are permuted for multiplication by a coefficient of the path
- * (`path_term`). A `halves` holds the two sums of products whose difference is a cross product.
- * Each sum adds the latest coefficient last, because all other terms can be added before it is
- * known. */
+ * for batches define three types. The type `triple` holds one vector for each tangent. The type
+ * `turned` is a triple whose components are permuted for multiplication by a path coefficient
+ * (`path_term`). The type `halves` holds the two sums of products whose difference is a cross
+ * product. In each sum, the latest coefficient is added last, because all other terms can be added
+ * before it is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -29,16 +29,16 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the derivative of the inertia tensor times the n-th coefficient of the angular
- * velocity. */
+/* Returns the product of the derivative of the inertia tensor and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns the derivative of the damping matrix times the n-th coefficient of the angular
- * velocity. */
+/* Returns the product of the derivative of the damping matrix and the n-th coefficient of the
+ * angular velocity. */
 INLINE triple drags_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_drags(g, 0), w);
@@ -121,8 +121,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of `few` tangents. Even and odd terms are summed
- * separately. */
+/* Computes the Taylor coefficients of order n + 1 of several tangents, whose number is `few`. Even
+ * and odd terms are summed separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -147,7 +147,8 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all Taylor coefficients of `many` tangents or batches from those of order 0. */
+/* Computes all Taylor coefficients of `many` tangents or batches, given the coefficients of order
+ * 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

@@ -95,8 +95,8 @@ INLINE triple load_rotor(const kr_tangent *g)
     return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
                       duo_load(g[2 * WORDS].rotor_of));
 }
-/* Indices of the structs that hold the elements of a symmetric matrix. The rows are (xx, yy, zz),
- * (xy, yz, zx) and (xz, yx, zy). */
+/* Indices of the structs that hold the elements of a symmetric matrix. The rows of the table refer
+ * to the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
 /* Returns a row of the derivative of the inertia tensor. */
 INLINE triple load_moments(const kr_tangent *g, int row)

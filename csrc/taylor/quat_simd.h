@@ -21,7 +21,7 @@
 #endif
 /* UNROLL requests that the compiler unroll a loop over the terms of a series. Up to 28 copies of a
  * loop body fit in the instruction cache if vectors have eight lanes. With narrower vectors, loops
- * are not unrolled, and a function marked PER_ORDER is compiled only once for all orders. If
+ * are not unrolled. A function marked PER_ORDER is then compiled only once for all orders. If
  * KR_ROLLED is defined, loops are never unrolled. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
@@ -77,8 +77,8 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* A `two` is a vector of two doubles, half of a quaternion. The macro two_mix combines one number
- * from each of two vectors. */
+/* The type `two` is a vector of two doubles, which is half of a quaternion. The macro two_mix
+ * combines one number from each of two vectors. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -170,8 +170,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 #endif
 
 /* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, to hide the latency of each
- * chain. Newer instruction sets have enough registers for two chains. The function lone_fma is a
- * multiply-add of single doubles. */
+ * chain. Newer instruction sets have enough registers for two chains. The function lone_fma
+ * computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -181,9 +181,9 @@ INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
 /* The following operations of series.h are redefined for double-double in quat_simd_dd.h. The
- * function duo_lane returns one component of w in all lanes, and duo_scale multiplies by eight
- * exact numbers. The function duo_span returns the difference of two times, and duo_inverse returns
- * 1 / n. */
+ * function duo_lane returns one component of w in all lanes. The function duo_scale multiplies the
+ * lanes by eight numbers that are exact doubles. The function duo_span returns the difference of
+ * two times, and duo_inverse returns 1 / n. */
 INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -36,9 +36,9 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* DOUBLED defines a type D with a high and a low word of type T, and its arithmetic operations. For
- * speed, fma returns an unnormalized result, in which |lo| may be a few units in the last place of
- * hi. The operations mul and store normalize their results. */
+/* DOUBLED defines a type D, which has a high and a low word of type T, and the arithmetic
+ * operations on D. For speed, fma returns an unnormalized result, in which |lo| may be a few units
+ * in the last place of hi. The operations mul and store normalize their results. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \

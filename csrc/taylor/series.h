@@ -8,7 +8,8 @@
 #include <string.h>
 #include "taylor.h"
 
-/* Signs in quaternion and cross products, in the lane order of duo_i, duo_j and duo_k. */
+/* Signed factors of the terms in quaternion and cross products, in the lane order of duo_i, duo_j
+ * and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
@@ -54,7 +55,8 @@ INLINE duo half_square(const kr_series *s, turned_vector w, int j)
     if (j == 0) add_rotor(s, &w);
     return duo_mul(duo_splat(0.5), duo_mul(w.ahead, w.behind));
 }
-/* Adds the products of the angular velocity of order j and the other coefficients of order m. */
+/* Adds the products of the j-th coefficient of W with the m-th coefficients of the attitude and the
+ * vertical. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -104,8 +106,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next Taylor coefficient of the attitude and the vertical, given the number `share`,
- * which is 1 / (n + 1). */
+/* Returns the next Taylor coefficients of the attitude and the vertical, where `share` is 1 / (n +
+ * 1). */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -186,9 +188,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* Returns the step size at which products of the middle Taylor coefficients have the magnitude
- * 2^log2_size. The tail of the series is computed in doubles, and begins with a sum of products of
- * middle coefficients. If the products cancel, the tail is small, but the rounding errors of the
- * products are not. A step size based only on the last Taylor term would then be too large. */
+ * 2^log2_size. The tail of the series, computed in doubles, begins with a sum of products of middle
+ * coefficients. If the products cancel, the tail is small, but the rounding errors of the products
+ * are not. A step size based only on the last Taylor term would then be too large. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

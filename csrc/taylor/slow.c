@@ -4,15 +4,15 @@
  *     D U_n - h x W_n = (AW x W + G P x c)_n - (n+1) A W_{n+1},   W_n = O_n + U_n
  * This equation is solved by iteration. O is the angular velocity of the support, and U is the
  * angular velocity of the top relative to the support. G is the effective gravity on a shaken
- * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in W
- * like damping, and may exceed the damping torque. All other coefficients follow from the
- * recurrence of taylor.h. The radius of convergence is that of the slow motion, so steps can be
- * long. The explicit recurrence would be stiff, and limited to steps of about one damping time A /
- * D. The neglected transient decays as exp(-D t / A), and is below the rounding errors (Fenichel
- * 1979). Until the motion reaches the manifold, steps follow the explicit recurrence. Before the
- * manifold is reached, the tolerance is relative to the small angular velocity on the manifold. A
- * top with dry friction has two slow manifolds. While the top slides, friction is a constant
- * torque. The case in which friction holds the top is treated in slow_held.h. */
+ * support (support.h). On a support at rest, U = W and G = 1. The rotor torque h x W is linear in
+ * W, like the damping torque, and may exceed it. All other coefficients follow from the recurrence
+ * of taylor.h. The radius of convergence is that of the slow motion, so steps can be long. With the
+ * explicit recurrence, steps would be limited to about one damping time A / D, because the problem
+ * is stiff. The neglected transient decays as exp(-D t / A), and is below the rounding errors
+ * (Fenichel 1979). Until the motion reaches the manifold, steps follow the explicit recurrence.
+ * Before the manifold is reached, the tolerance is relative to the small angular velocity on the
+ * manifold. A top with dry friction has two slow manifolds. While the top slides, friction is a
+ * constant torque. The case in which friction holds the top is treated in slow_held.h. */
 #include <string.h>
 #include "math/dd.h"
 #include "model/scene.h"
@@ -21,15 +21,15 @@
 #include "slow_held.h"
 #include "support_motion.h"
 
-/* Returns the body-frame derivative of one component of the support's angular velocity. */
+/* Returns the time derivative of one body-frame component of the support's angular velocity. */
 static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the angular acceleration due to the rotor about a strongly damped axis. For other
- * strongly damped axes, only the angular velocity of the support is used. */
+/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. About
+ * the other strongly damped axes, only the angular velocity of the support is included. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -60,8 +60,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest non-negligible angular velocity about a strongly damped axis. Without
- * torques, returns the largest angular velocity. */
+/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torque
+ * acts about these axes, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -136,9 +136,8 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Inverts a 3 x 3 matrix with ones on its diagonal. `ahead` and `behind` hold the elements to the
- * right and to the left of the diagonal, cyclically. Elements that involve a weakly damped axis are
- * zero. */
+/* Inverts a 3 x 3 matrix with ones on its diagonal. Row i has the elements ahead[i] and behind[i]
+ * in columns i + 1 and i - 1 (modulo 3). Elements that involve a weakly damped axis are zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -183,7 +182,7 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
         if (count == 1 && slow->is_slow[i]) direct = fabs(h[i]);
     return fmax(direct, carried / weakest * carried) / least;
 }
-/* Marks the axes whose damping rate is at least that of axis `least` as strongly damped. Returns 1
+/* Marks as strongly damped all axes whose damping rate is at least that of axis `least`. Returns 1
  * if damping about the marked axes dominates all other effects. `undamped` and `pull` are upper
  * bounds on the undamped rates and on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
@@ -229,8 +228,8 @@ void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     kr_taylor_set_constants(p->series, motion, rate);
     if (KR_HAS_SUPPORTS && p->series->linear > 1.0) kr_support_place(p->series, motion, rate);
 }
-/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero. With
- * LOG2_AT_REST, powers of the resulting step size do not overflow. */
+/* Returns log2 of the largest n-th Taylor coefficient, or -LOG2_AT_REST if all are zero.
+ * LOG2_AT_REST is chosen so that powers of the resulting step size do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -315,8 +314,8 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
-/* Makes a step on the slow manifold defined by a set of strongly damped axes. `strong` is the
- * largest set of strongly damped axes if a step with this set has failed, otherwise NULL. */
+/* Computes a step on the slow manifold defined by a set of strongly damped axes. If a step with the
+ * largest set of strongly damped axes has failed, `strong` is that set; otherwise, it is NULL. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
 {
@@ -353,8 +352,8 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 0 if the next step certainly cannot use a slow manifold. On moving supports, this quick
- * test usually avoids longer computations. */
+/* Returns 1 if the next step may be able to use a slow manifold, and 0 otherwise. For tops on
+ * moving supports, this quick test often makes a longer computation unnecessary. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -365,7 +364,7 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes the data that all sets of strongly damped axes share. Returns 0 if damping is not
+/* Initializes the data shared by all sets of strongly damped axes. Returns 0 if damping is not
  * strong. */
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
@@ -431,12 +430,12 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
  * Taylor coefficients of a series of order n may overflow. */
 #define OVERFLOW_LEAST 5.0
 #define OVERFLOW_SHARE 512.0
-/* Torques smaller than SMALL_TORQUE times the damping torque are neglected, and the growth rate is
- * multiplied by CERTAIN to be safe. */
+/* Torques smaller than SMALL_TORQUE times the damping torque are neglected. As a safety margin, the
+ * growth rate is multiplied by CERTAIN. */
 #define SMALL_TORQUE 0.0025
 #define CERTAIN 0.98
 /* Let y be the magnitude of the angular velocity U relative to the support, with y^2 = <U, A U>.
- * Backward in time, dy/dt >= `growth` y - `loss`. */
+ * Backward in time, y satisfies dy/dt >= `growth` y - `loss`. */
 int kr_slow_drives_apart(const kr_motion *motion, double until)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;

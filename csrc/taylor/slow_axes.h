@@ -1,5 +1,5 @@
-/* The strongly damped axes, and constants of the steps on the slow manifold (slow.c). Private to
- * slow.c. */
+/* Declares the strongly damped axes and the constants for steps on the slow manifold (slow.c).
+ * Private to slow.c. */
 #ifndef KR_TAYLOR_SLOW_AXES_H
 #define KR_TAYLOR_SLOW_AXES_H
 #include <string.h>
@@ -32,27 +32,28 @@ enum {
 /* An angular velocity below TINY_VELOCITY times the damping rate counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* Errors of an angular velocity are relative to its size or, if larger, to NEGLIGIBLE times the
- * largest angular velocity. On a rotating support, errors are relative to at least ROUNDED times
- * the angular velocity of the support, which is rounded. */
+/* Errors of an angular velocity are relative to its magnitude, or to NEGLIGIBLE times the largest
+ * angular velocity if that is larger. On a rotating support, errors are relative to at least
+ * ROUNDED times the support's angular velocity, because this velocity has rounding errors. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
 /* Rounding error of a difference of doubles, relative to its larger term. */
 #define ROUNDING 0x1p-50
-/* Fraction of the estimated time to the slow manifold after which a motion is tested again. */
+/* A motion is tested again after the fraction PATIENCE of the estimated time to the slow
+ * manifold. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
 /* The strongly damped axes, and rates in the units of the motion. `rate` is the largest rate of the
- * slow motion, and `fall` the largest rate at which the top falls over. */
+ * slow motion, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;
-    /* Directions that replace the principal axes while friction holds the top, otherwise NULL. */
+    /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* Response of the angular velocities about the strongly damped axes to torques. Each torque is
-     * normalized so that its response is 1 without a rotor, which couples the axes. */
+    /* Changes of the angular velocities about the strongly damped axes in response to torques. Each
+     * torque is normalized so that its response is 1 without a rotor, which couples the axes. */
     double gain[3][3];
 } slow_axes;
 

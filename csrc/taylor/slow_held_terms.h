@@ -94,7 +94,7 @@ static number NAME(held_velocity)(const NAME(terms) * s, const NAME(directions) 
     }
     return sum;
 }
-/* Writes the Taylor coefficients of the friction torque relative to its limit. */
+/* Writes the Taylor coefficients of the ratio of the friction torque to its limit. */
 static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
                              const NAME(directions) * held, number friction, int order,
                              kr_series to[2])
@@ -113,8 +113,9 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
         to[1].w[n][0] = low(torque);
     }
 }
-/* Returns 1 if the damped velocities at the end of a series agree with the slow manifold. If the
- * motion has not reached the manifold, writes an estimate of the remaining time to `wait`. */
+/* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
+ * If the motion has not reached the manifold, writes an estimate of the remaining time to
+ * `wait`. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)

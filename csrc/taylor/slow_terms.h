@@ -27,7 +27,8 @@ static void NAME(pull)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) s->c[ROW_GP + i][n] = NAME(product)(s, ROW_G, ROW_P + i, n);
 }
-/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
+/* Returns the n-th coefficient of the angular acceleration about an axis, excluding the damping
+ * term. */
 static number NAME(torque)(const NAME(terms) * s, const slow_axes *slow, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -53,7 +54,7 @@ static void NAME(share_rotor)(NAME(terms) * s, const slow_axes *slow, const numb
             s->c[u + i / 3][n] =
                 add(s->c[u + i / 3][n], mul(of(slow->gain[i / 3][i % 3], 0.0), off[i % 3]));
 }
-/* Computes the (n + 1)-th coefficient, in the body frame, of a vector that is fixed in space. */
+/* Computes the (n + 1)-th coefficients of the body-frame components of a space-fixed vector. */
 static void NAME(turn_back)(NAME(terms) * s, int row, int u, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -197,10 +198,10 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
         to[1].w[n][0] = low(sum);
     }
 }
-/* Returns 1 if the angular velocity at the end of a series agrees with the slow manifold. About
- * each strongly damped axis, the difference must be at most `near` times the larger of slow_size
- * and least_size. If the motion has not reached the manifold, writes an estimate of the remaining
- * time to `wait`. */
+/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
+ * About each strongly damped axis, the difference must be at most `near` times the larger of
+ * slow_size and least_size. If the motion has not reached the manifold, writes an estimate of the
+ * remaining time to `wait`. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -217,10 +218,10 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     if (last > 0.0) *wait = last;
     return last == 0.0;
 }
-/* Expands the motion on the slow manifold, starting at the end of a series. The errors are at most
- * `noise` times the magnitude of W. Returns 0 if the iteration does not converge, or if the motion
- * has not reached the manifold. On failure, writes the waiting time before the next attempt to
- * `wait`. */
+/* Expands the motion on the slow manifold, starting at the end of a series. The errors of the
+ * expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration does not
+ * converge, or if the motion has not reached the manifold. On failure, writes the waiting time
+ * before the next attempt to `wait`. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

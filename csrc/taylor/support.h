@@ -5,14 +5,14 @@
  *
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
- * is the acceleration along -e3, divided by the acceleration included in c. This source is included
- * by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the friction
- * variable. While the top slides, the friction variable is the spin <U, a>. While friction holds
- * the top, the friction variable is the friction torque relative to its maximum. Without friction,
- * lane 0 is unused. */
+ * is the acceleration along -e3, divided by the acceleration that c includes. This source is
+ * included by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the
+ * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
+ * holds the top, the friction variable is the friction torque relative to its maximum. Without
+ * friction, lane 0 is unused. */
 
-/* Auxiliary series: `w` holds the relative angular velocity, and `x` the effective gravity in all
- * lanes. In double-double, the second struct holds the low words. */
+/* Auxiliary series: `w` holds the relative angular velocity, and `x` holds the effective gravity in
+ * all lanes. In double-double, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
@@ -88,14 +88,14 @@ INLINE quad dot_lanes(kr_series *own, quad a, quad b)
     const quad x = duo_lo(duo_lane(own->end_w, 1)), y = duo_lo(duo_lane(own->end_w, 2));
     return quad_add(duo_lo(duo_lane(own->end_w, 3)), quad_add(x, y));
 }
-/* Stores a number, given as a vector with equal lanes, in lane 0 of the n-th coefficient of the
- * angular velocity. */
+/* Stores a number in lane 0 of the n-th coefficient of the angular velocity. All lanes of `number`
+ * are equal. */
 INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
 {
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Adds the friction that keeps the spin constant to coefficient n + 1 of W, and returns the sum. */
+/* Adds to coefficient n + 1 of W the friction that keeps the spin constant, and returns the sum. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),

@@ -14,7 +14,7 @@ typedef struct LOCAL(series) {
 } LOCAL(series);
 /* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
  * to the support, `body` is that of the support, and `momentum` is the angular momentum. `dragged`
- * is the damping torque, and `pulled` the effective gravity vector. `torque` is the friction
+ * is the damping torque, and `pulled` is the effective gravity vector. `torque` is the friction
  * torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
@@ -55,7 +55,7 @@ static LOCAL(vector) LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) *
         product = {{minus(up[0], down[0]), minus(up[1], down[1]), minus(up[2], down[2])}};
     return product;
 }
-/* Returns component i, in the body frame, of the space-fixed unit vector with index `axis`. */
+/* Returns the i-th body-frame component of the space-fixed unit vector with index `axis`. */
 static number LOCAL(seen_axis)(const number q[4], int axis, int i)
 {
     const int same = axis == i, third = 3 - axis - i;
@@ -67,7 +67,7 @@ static number LOCAL(seen_axis)(const number q[4], int axis, int i)
     const number turned = mul(q[0], q[1 + third]);
     return mul(two, (i + 1) % 3 == axis ? add(both, turned) : minus(both, turned));
 }
-/* Computes the next coefficient, in the body frame, of a vector that is fixed in space. */
+/* Computes the next coefficients of the body-frame components of a space-fixed vector. */
 static void LOCAL(turn_series)(LOCAL(series) * a, const LOCAL(series) * relative, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));
@@ -250,7 +250,7 @@ static number LOCAL(spin_change)(const LOCAL(moving_path) * p, const LOCAL(movin
     }
     return sum;
 }
-/* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part. */
+/* Adds the effect of friction to the (n + 1)-th coefficient of the momentum part N of a tangent. */
 static void LOCAL(add_friction)(const LOCAL(moving_path) * p, LOCAL(moving_deviation) * d, int n)
 {
     const number share = over(of(1.0, 0.0), of(n + 1, 0.0));

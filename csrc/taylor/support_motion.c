@@ -1,8 +1,9 @@
 /* Constants and steps of the Taylor series for tops with dry friction or on moving supports
- * (support.h). Each step starts from the exact position of the support at that time. Within a step,
- * the spin of a sliding top and the torque on a held top are polynomials in time. A step ends where
- * the spin reaches zero or the friction torque reaches its limit. The end of the step is accurate
- * up to the rounding errors of the arithmetic, which is double-double for more than 16 digits. */
+ * (support.h). The exact position of the support is computed at the beginning of each step. Within
+ * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
+ * ends where the spin reaches zero or the friction torque reaches its limit. The end of the step is
+ * accurate up to the rounding errors of the arithmetic, which is double-double for more than 16
+ * digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -22,8 +23,8 @@
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. Friction close to MOST_FRICTION already stops a top within the
- * rounding error of the time. */
+/* Larger friction would overflow. The time in which friction near MOST_FRICTION stops a top is
+ * below the rounding error. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -138,7 +139,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
     if (most > 0.0) s[0].fall = s[1].fall = fmin(s[0].fall, 1.0 / most);
 }
 
-/* Returns an angle reduced to the interval from -pi to pi. */
+/* Reduces an angle to the interval from -pi to pi. */
 static dd reduce_angle(dd angle)
 {
     const dd turn = dd_scale(2.0, dd_pi());
@@ -226,7 +227,7 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
     }
     return v_of(sum);
 }
-/* Returns the derivative of the spin at the end of the last step in the absence of friction. */
+/* Returns the time derivative of the spin at the end of the last step, excluding friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -248,16 +249,16 @@ static void remove_spin(kr_series s[2])
                  yield = v_dd(v_of(s[0].yield + 1), v_of(s[1].yield + 1));
     set_vector_words(s[0].end_w, s[1].end_w, vdd_add(W, vdd_scale(dd_neg(spin_at_end(s)), yield)));
 }
-/* Decides whether friction holds a top without spin. `needed` is the torque that friction has to
- * balance, relative to its maximum. The top starts to slide in the direction of the needed torque
- * or, backward in time, in the opposite direction. */
+/* Decides whether friction holds a top whose spin is zero. `needed` is the torque that friction has
+ * to balance, in units of the maximum friction torque. The top starts to slide in the direction of
+ * the needed torque or, backward in time, in the opposite direction. */
 static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
 {
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the spin that counts as zero, in the unit of time of the series. The threshold is lowered
- * if damping is much faster than all other effects. */
+/* Returns the threshold below which a spin counts as zero, in the unit of time of the series. The
+ * threshold is lowered if damping is much faster than all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
     const kr_taylor *p = taylor_of(motion);
@@ -306,7 +307,7 @@ static double first_negative(double *b, int n, double low, double high)
     const double middle = 0.5 * (low + high), first = first_negative(left, n, low, middle);
     return first < INFINITY ? first : first_negative(b, n, middle, high);
 }
-/* Returns the fraction of the step after which `constant` plus `sign` times the friction variable
+/* Returns the fraction of the step at which `sign` times the friction variable plus `constant`
  * first becomes negative. Returns INFINITY if the sum never becomes negative. */
 static double find_limit(const kr_series *s, int order, double sign, double constant)
 {
@@ -370,8 +371,9 @@ static dd slope_at_end(const kr_series s[2], int order)
         sum = dd_add(dd_mul(sum, h), dd_times(i, dd_make(s[0].w[i][0], s[1].w[i][0])));
     return sum;
 }
-/* Returns 1 if the spin of a sliding top vanishes within the step, but becomes negative by too
- * little for find_limit. A step that starts with zero spin does not count. */
+/* Returns 1 if the spin of a sliding top vanishes within the step, although find_limit has not
+ * detected it. A spin that becomes only slightly negative escapes find_limit. Returns 0 if the spin
+ * is already zero at the beginning of the step. */
 static int passes_zero(const kr_series s[2], int order, double sliding, double noise)
 {
     const double span = s->end - s->t;
@@ -380,8 +382,8 @@ static int passes_zero(const kr_series s[2], int order, double sliding, double n
     const double at = refine_limit(s, order, 0.0, span, noise).hi;
     return at * span > 0.0 && fabs(at) <= fabs(span);
 }
-/* Switches between sliding and holding after a step that friction ends. `value` is the limit that
- * the friction variable has reached. */
+/* Switches between sliding and holding after a step whose end was determined by friction. `value`
+ * is the limit that the friction variable has reached. */
 static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double value)
 {
     kr_series *s = p->series;
@@ -392,8 +394,8 @@ static void change_mode(kr_taylor *p, const kr_motion *motion, int order, double
         p->sliding = -value;
         return;
     }
-    /* The torque to be balanced is the slope of the spin minus the friction during the last step.
-     * Strong damping would amplify the rounding errors of the velocity. */
+    /* The torque to be balanced is computed from the slope of the spin and the friction during the
+     * last step. Strong damping would amplify the rounding errors of the velocity. */
     p->before_hold = before;
     decide_hold(p, motion, slope * s->per_grip + before);
 }
@@ -416,7 +418,8 @@ static void end_step_by_friction(kr_taylor *p, const kr_motion *motion, const kr
                                                : 1.0,
                      beyond = slides ? -p->sliding * noise : most * value;
         dd h = refine_limit(s, n, value, part * span, noise);
-        /* The spin may have passed zero before the step by less than `noise`. */
+        /* At the beginning of the step, the spin may already be beyond zero by less than
+         * `noise`. */
         if (!(h.hi * span > 0.0)) h = refine_limit(s, n, beyond, part * span, 0.0);
         if (!(h.hi * span > 0.0)) h = dd_of(NARROW_PART * span);
         end_step_at(s, kernel, deep, h);

@@ -21,8 +21,8 @@ vec_dd kr_support_set_constants(kr_series s[2], const kr_motion *motion, double 
 /* Returns the lever arm of the effective gravity G in the units of the motion. Writes the constant
  * part of G to `base`, and the amplitude of the oscillating part to `sway`. */
 vec_dd kr_support_split(const kr_motion *motion, dd *base, dd *sway);
-/* Writes the cosine and the sine of the shaking phase at the time `end` + `low`, measured in units
- * of 1 / rate. */
+/* Writes the cosine and the sine of the shaking phase at the time `end` + `low`. The unit of time
+ * is 1 / rate. */
 void kr_support_phase(const kr_motion *motion, double rate, double end, double low, dd *cosine,
                       dd *sine);
 /* Updates the position of the support for the beginning of the next step. */
@@ -33,7 +33,7 @@ void kr_support_limit_steps(kr_series s[2], const kr_motion *motion, double rate
 void kr_support_start(const kr_motion *motion);
 /* Sets the friction mode (sliding or held) and the friction torque of the next step. */
 void kr_support_set_mode(const kr_motion *motion);
-/* Returns the angular acceleration at the end of the last step, without friction. */
+/* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
 kr_vec3 kr_support_acceleration(const kr_series *s);
 /* Returns the friction torque in the units of a series. */
 double kr_support_friction(const kr_motion *motion, double rate);
@@ -41,7 +41,7 @@ double kr_support_friction(const kr_motion *motion, double rate);
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes the
  * `factor` with which kr_support_jump_tangents must be called. `factor` is NaN if the top starts
- * without spin and friction cannot hold the top. Without spin, the direction of the friction
+ * without spin and friction cannot hold the top. If the spin is zero, the direction of the friction
  * depends on the sign of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or

@@ -4,7 +4,7 @@
 #include "tangents.h"
 
 /* Computes all Taylor coefficients of n single tangents along the path. The path is expanded about
- * the time path->t, in units of 1 / rate. */
+ * the time path->t, given in units of 1 / rate. */
 void kr_support_expand_tangents(const kr_motion *motion, double rate, const kr_series path[2],
                                 kr_tangent *first, size_t n, int order);
 /* Subtracts factor * (derivative of the spin) * apex from the momentum part of n single tangents,

@@ -58,8 +58,8 @@ static size_t count_structs(double *memory, size_t n)
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(memory, n) + count_single(memory, n);
 }
 
-/* Memory location of a tangent: its struct (`from`), its lane in a batch, and the distance between
- * components (`apart`). The distance is counted in doubles, and is 0 for a single tangent. */
+/* Memory location of a tangent: the struct `from`, the lane in a batch, and the distance `apart`
+ * between components. The distance is counted in doubles, and is 0 for a single tangent. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
@@ -226,8 +226,8 @@ static void pass_stop(const kr_motion *motion, double *memory, size_t n)
         kr_support_jumps(motion, order_of(motion), &factor))
         kr_support_jump_tangents(motion, p->rate, p->series, tangent(motion, memory, 0), n, factor);
 }
-/* Returns 1 if the support moves, or if a tangent is a derivative with respect to support
- * motion. */
+/* Returns 1 if the support moves, or if a tangent is a derivative with respect to a parameter of
+ * the support motion. */
 static int needs_support_terms(const kr_motion *motion, size_t n, const kr_seed seeds[])
 {
     if (!KR_HAS_SUPPORTS) return 0;

@@ -7,7 +7,7 @@
  *
  * The notation is that of taylor.h. B, b, F and y are the derivatives of A, c, D and h with respect
  * to the parameter of the tangent. B and F are symmetric matrices. Moving supports contribute
- * further terms (support_deviation.h). The equations are linear in theta and N, and cost 18
+ * further terms (support_deviation.h). The equations are linear in theta and N, and require 18
  * products of Taylor coefficients per order. The changes in energy and vertical momentum due to a
  * tangent are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H

@@ -57,10 +57,10 @@ static double log2_tolerance(const kr_motion *motion)
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel with the fastest order for the given tolerance. For equal last Taylor terms,
- * the error increases with the order. The tolerance is therefore lowered for high orders, but not
- * below the rounding error. Orders and tolerances were determined by `taylor_kernel_study.py
- * orders` in validation/studies. */
+/* Returns the kernel with the fastest order for the given tolerance. If the last Taylor terms are
+ * equal, the error increases with the order. The tolerance is therefore lowered for high orders,
+ * but not below the rounding error. Orders and tolerances were determined by
+ * `taylor_kernel_study.py orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -104,9 +104,9 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[0].shift[lane] = shift.hi;
     s[1].shift[lane] = shift.lo;
 }
-/* Sets the rotor terms of the series. If two moments of inertia are equal, the product of the
- * corresponding angular velocities has the coefficient zero. A zero coefficient is replaced by the
- * negligible KR_LEAST_FACTOR, because the rotor terms are divided by the coefficient. */
+/* Sets the rotor terms of the series. If two moments of inertia are equal, the corresponding
+ * product of angular velocities has the coefficient zero. Because the rotor terms are divided by
+ * this coefficient, zero is replaced by the negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];

@@ -84,8 +84,8 @@ typedef struct kr_taylor {
 /* Functions that compute steps of one Taylor order with one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Computes the next step, as long as the tolerance permits. `direction` is 1 forward in time,
-     * and -1 backward in time. */
+    /* Computes the next step, which is as long as the tolerance permits. `direction` is 1 forward
+     * in time, and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
     /* Evaluates the series at the time `at`, and writes the values to at_x and at_w. */
     void (*evaluate)(kr_series *s);
@@ -133,9 +133,9 @@ static inline int kr_taylor_is_deep(const kr_motion *motion)
     return motion->digits > 16;
 #endif
 }
-/* An instruction set that is included in the build. `plain` and `headless` have KR_ORDERS kernels
- * each, with and without the heading. `deep` has KR_DEPTHS kernels, for 20 and 30 digits. `product`
- * multiplies two power series (see kr_step_polynomial). */
+/* An instruction set that is included in the build. The arrays `plain` and `headless` contain
+ * KR_ORDERS kernels each, with and without the heading. The array `deep` contains KR_DEPTHS
+ * kernels, for 20 and 30 digits. `product` multiplies two power series (see kr_step_polynomial). */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -149,8 +149,8 @@ extern const kr_tangent_ops kr_taylor_tangents;
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 void kr_taylor_set_rate(kr_taylor *p, const kr_motion *motion, double rate);
-/* Returns the i-th instruction set that is included in the build, or NULL after the last. The
- * widest comes first. */
+/* Returns the i-th instruction set included in the build, or NULL if i is too large. The widest
+ * comes first. */
 const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set of the kernel that a motion uses, or NULL if the kernel is
  * unknown. */

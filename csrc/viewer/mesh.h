@@ -1,7 +1,7 @@
 /* Points that the viewer draws for a top: a cuboid that represents the body, the trail of the apex,
  * and the corresponding elastic rod. Points are given in space, relative to the fixed point, and
- * the newest point comes first. By Kirchhoff's analogy, the apex is the tangent of the rod, and the
- * time is its arc length (Bodack 2008, 5.7). */
+ * the newest point comes first. By Kirchhoff's analogy, the apex direction corresponds to the
+ * tangent of the rod, and time corresponds to arc length (Bodack 2008, 5.7). */
 #ifndef KR_MESH_H
 #define KR_MESH_H
 #include "kreisel.h"
@@ -10,7 +10,7 @@
  * ring. */
 enum { KR_MESH_POINTS = 2048, KR_MESH_RINGS = 400, KR_MESH_SIDES = 12 };
 
-/* A cuboid, in the frame in which the user describes the body. */
+/* A cuboid, described in the user's body frame. */
 typedef struct kr_box {
     kr_vec3 half, centre; /* half edges; centre relative to the fixed point [L] */
     kr_quat turn;         /* axes along the edges -> frame of description */
@@ -33,7 +33,7 @@ typedef struct kr_trail {
 kr_box kr_mesh_box(const kr_body *body);
 /* Writes the magnitudes of momentum and angular velocity that determine the scale of the picture.
  * The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
- * loss of potential energy. I is the largest moment of inertia, and the energies are those in the
+ * loss of potential energy. Here I is the largest moment of inertia, and the energies refer to the
  * inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the angular speed of
  * the support. The results are never smaller than the initial values. A result of zero, as for a
  * top that cannot move, is replaced by 1. */

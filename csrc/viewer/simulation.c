@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks. The product of two steps of the largest size fits in 64 bits. */
+/* Largest step in ticks. The square of the largest step fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -71,7 +71,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of top i in `row` by the values `low` and `high`, ignoring NaN. */
+/* Extends the ranges of top i in `row` to include the values `low` and `high`, ignoring NaN. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -99,7 +99,8 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the current time is one of the `times` equidistant sample times between two rows. */
+/* Returns 1 if the current time is a sample time. The interval between two rows has `times`
+ * equidistant sample times. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;

@@ -1,8 +1,8 @@
-/* A simulation of several tops with a common time, and a record of measured values. Time is counted
- * in integer ticks, so that multiples of different steps can be exactly equal. The states of each
- * top are computed at multiples of its own step. Tops are compared only at common multiples of
- * their steps; otherwise time differences would appear as errors. Results do not depend on how the
- * simulated time is divided among calls. The memory requirement is fixed. */
+/* A simulation of several tops that share a common time, and a record of their measured values.
+ * Time is counted in integer ticks, so that multiples of different steps can be exactly equal. The
+ * states of each top are computed at multiples of its own step size. Tops are compared only at
+ * common multiples of their steps; otherwise time differences would appear as errors. Results do
+ * not depend on how the simulated time is divided among calls. The memory requirement is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -33,7 +33,7 @@ enum {
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Values of `reference` for a top without a reference, and for a top that is itself a
-     * reference. A reference is advanced only as long as another top can continue. */
+     * reference. A reference top is advanced only as long as another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: in a call for n steps of the simulation, the methods perform at most
@@ -104,9 +104,9 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
- * below `lowest`, the cosine of the nutation at which the rim touches the floor. The top then
- * remains in the last state above the floor. The time of contact, `stood`, is interpolated within
- * the following step. By default, there is no floor. */
+ * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
+ * top then remains in the last state above the floor. The time of contact is interpolated within
+ * the following step, and stored in `stood`. By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted

@@ -12,8 +12,8 @@
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The viewer accesses these structs as arrays of doubles. The macro checks at compile time that a
- * member has the expected index. */
+/* The viewer accesses structs such as kr_body as arrays of doubles. The macro PLACE checks at
+ * compile time that a member of a struct has the expected index. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -71,7 +71,7 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 
 /* Returns six numbers for a symmetric top: smallest and largest nutation, critical spin, mean
  * precession, period of the nutation, and spin. The period is NaN if it is infinite or unknown.
- * Returns NULL for all other tops. */
+ * Returns NULL if the top is not symmetric. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
