@@ -64,7 +64,7 @@ typedef struct kr_step_polynomial {
      * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. The elements before `b` and after the end of both arrays must be zero. */
+     * more. Elements before the start of b and beyond the ends of a and b must be zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
@@ -89,9 +89,9 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
- * user's units. `timing` determines the time dependence of the lever. `turning`, `apex` and
- * `friction` are derivatives of the support's angular velocity, the apex and the dry friction. */
+/* `pull` is the derivative of weight * com, divided by the acceleration in the user's units.
+ * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
+ * are derivatives of the support's angular velocity, the apex and the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -141,8 +141,8 @@ struct kr_method {
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of additional doubles that a scene needs. Checkpoints omit these doubles,
-     * because `reset` recomputes them from the initial state. NULL: none. */
+    /* Returns the number of additional doubles that the method needs for a scene. Checkpoints omit
+     * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
      * a method with dense output leaves `work` and `aux` unchanged. */
@@ -175,7 +175,8 @@ struct kr_method {
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes its order. May be NULL. */
+    /* Returns the name of the kernel in use, and writes the order of the method to `order`. May be
+     * NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 

@@ -49,7 +49,7 @@ typedef struct composition {
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Returns the sequence of drifts and kicks for row `row` of the table. */
+/* Returns the drifts and kicks that a row of the table describes. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,
