@@ -141,7 +141,7 @@ typedef struct kr_scene {
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. Friction holds a zero spin at zero as long as this torque suffices. */
+     * T^-2]. A spin of zero stays zero as long as this torque suffices. */
     double friction;
 } kr_scene;
 
@@ -213,8 +213,8 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
  * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
  * frame is the frame of description after the shortest rotation that takes its third axis to the
- * apex. If this rotation exceeds 120 degrees, it is preceded by a half turn about the first axis.
- * If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
+ * apex. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If the
+ * apex is vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -410,7 +410,7 @@ KR_API void kr_top_free(kr_top *top);
 KR_API kr_status kr_top_step(kr_top *top);
 /* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to each of t[0], t[1], ... in the direction of the step, and writes the states. `done`
+/* Advances to the times t[0], t[1], ... in the direction of the step, and writes the states. `done`
  * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
  * failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
@@ -435,7 +435,7 @@ KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* Returns the current time of the top [T]. `poll` may call this function. */
+/* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
  * order of the method to `order`. */
@@ -535,9 +535,9 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
  * If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution, and all
  * other tops use taylor. The results for a top depend only on this top and its times, not on other
  * tops, their order, the number of calls, or failures. Results are bitwise equal to those of
- * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates with up to 16
- * digits. Such tops run in vector lanes, with bitwise equal results on all instruction sets with
- * fused multiply-add. */
+ * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates in vector lanes
+ * (up to 16 digits). Results from vector lanes are bitwise equal on all instruction sets with fused
+ * multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions of a quantity component over time, listed as X(kind, name). VARIANCE is the population
  * variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
@@ -571,10 +571,10 @@ typedef struct kr_reduction {
  * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
  * divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator,
  * and MAX is the largest LOG so far. The directional derivatives of the energy and of <m, e3> along
- * the tangent are constant. ENERGY and MOMENTUM are the relative errors of these derivatives.
- * TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the tangent.
- * Steps are shortened if the Taylor series of the tangent would be inaccurate. The status is
- * KR_ERR_TANGENT if no step is short enough. */
+ * the tangent are constant; ENERGY and MOMENTUM are their relative errors. TRUNCATION is the
+ * largest ratio of the last retained Taylor term to the norm of the tangent. Steps are shortened if
+ * the Taylor series of the tangent would be inaccurate. The status is KR_ERR_TANGENT if no step is
+ * short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -590,8 +590,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The input and output of one call of a worker. Each top is integrated towards its last time,
- * regardless of the sign of the step. */
+/* The input and output of kr_worker_run and kr_worker_section. Each top is integrated towards its
+ * last time, regardless of the sign of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -606,7 +606,7 @@ typedef struct kr_tops {
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker, and copies the reductions. Free it with kr_worker_free. */
+/* Allocates a worker that keeps a copy of the reductions. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
 /* Computes the states of all tops at the requested times. Returns KR_OK even if individual tops
@@ -616,7 +616,7 @@ KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
  * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
  * backward in time. There is one waiting time for all tops, or one for each top if own_times is
- * nonzero. If no event occurs within this time, the status of the top is KR_ERR_EVENT. Returns
+ * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
  * KR_ERR_NO_EVENTS for methods other than taylor, otherwise a status like kr_worker_run. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
@@ -693,14 +693,14 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at two angles [turns] of the invariant torus, which increase at the rates
- * `first` and `second`. The state has the initial time and the initial heading. */
+/* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
+ * increase at the rates `first` and `second`. The state has the initial time and heading. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Reasons why a Goryachev-Chaplygin top is refused, listed as X(name, message). */
+/* Reasons why kr_goryachev_chaplygin_plan refuses a top, listed as X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \

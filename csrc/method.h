@@ -22,8 +22,8 @@ typedef struct kr_motion {
     /* The work array of the method, with method->work doubles and no pointers. The work array of
      * the main motion is aligned to 64 bytes. */
     double *work;
-    /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
-     * `release`. */
+    /* Additional data of the method, such as its kernel or memory allocated by another library.
+     * Freed by `release`. */
     void *aux;
     /* If skip_heading is set, states are determined only up to a rotation about the vertical.
      * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
@@ -73,14 +73,14 @@ typedef struct kr_step_polynomial {
  * seed contains the initial deviation, and the derivatives of the coefficients of the equations of
  * motion with respect to a parameter. The derivatives of the moments and the damping are symmetric
  * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However, strongly damped
- * motions with deviations require short steps. */
+ * motions require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
 /* The time dependence of the change in torque due to a parameter. With STRENGTH, the torque change
  * is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE or
- * PHASE, the torque change is proportional to the derivative of g(t) with respect to this parameter
- * of the shaking. */
+ * PHASE, the torque change is proportional to the derivative of g(t) with respect to the
+ * corresponding parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,

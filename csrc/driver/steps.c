@@ -2,7 +2,7 @@
  * fixed-step method is saved and checked for NaN and infinity every KR_CHECK steps. No failure is
  * missed, because NaN and infinity persist in all later states. After a failure, the steps since
  * the last saved state are repeated to find the last valid state. The state of an adaptive method
- * is checked after every step. A method with dense output checks its own steps. */
+ * is checked after every step. A method with dense output checks its steps itself. */
 #include "top.h"
 
 enum {

@@ -90,8 +90,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Adds the three tangent columns for the centre of mass, `com`. If `com` is nonzero, the direction
- * of the apex also depends on `com`. */
+/* Adds the three tangent columns for the centre of mass, `com`. The direction of the apex depends
+ * on `com` unless `com` is zero. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -46,7 +46,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
 /* Returns the coefficient of a term of an event function, in the units of the step. `rate` is the
- * unit of frequency in this step. */
+ * frequency unit of the step. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -123,8 +123,8 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
 /* Adds factor times the angular momentum about a space axis. The momentum about an axis e is
- * computed as <e q, q M>, where M is the momentum in the body frame. The formula also holds for
- * damped motions and moving supports. */
+ * computed as <e q, q M>, where M is the momentum in the body frame. The formula <e q, q M> holds
+ * even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -264,7 +264,7 @@ static double component_bound(const kr_top *top, double rate, int number)
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* On a moving support, energy is not conserved, so this bound does not apply. */
+    /* The energy bound does not apply on moving supports, where energy is not conserved. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));

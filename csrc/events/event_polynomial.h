@@ -28,7 +28,7 @@ typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the event function as a linear function of components in working axes. `rate` is the unit
- * of frequency in this step. The event function must be linear (see kr_terms_are_linear). */
+/* Returns the event function as a linear function of components in working axes. `rate` is the
+ * frequency unit of the step. The event function must be linear (see kr_terms_are_linear). */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -15,8 +15,8 @@
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
 /* A formulation of the equations of motion in variables y. The function `begin` converts a state to
- * y, and `rates` computes dy/dt. The remaining functions convert y to vectors in the space frame
- * and to the attitude. */
+ * y, and `rates` computes dy/dt. From y, `velocity`, `momentum` and `attitude` compute the
+ * corresponding quantities in the space frame. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -103,7 +103,7 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
     }
 }
 /* Computes a row of the table, its error estimate, and the step size that follows from the
- * estimate. Returns 0 if the extrapolation diverges or is not finite. */
+ * estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;

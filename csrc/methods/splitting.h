@@ -6,11 +6,11 @@
  * consists of two rotations. In general, four rotations are needed: about m, about N, about T, and
  * about N again. The local error of the general drift is of third order in the step size. The error
  * is smallest if B is the axis of the intermediate moment. A rotor with momentum h changes the
- * rates of rotation by constants, such as -h_N / I_N about the axis N. With a rotor, a rotation
- * about B is also needed. For a symmetric body, the drift remains exact if the rotor is along T.
- * Sums are compensated: the rounding error of each sum is stored and added to the next sum (Kahan
- * 1965). With compensated sums, rounding errors affect the energy only through the small changes of
- * q and m per step. */
+ * rates of rotation by constants, such as -h_N / I_N about the axis N. A rotor requires an
+ * additional rotation about B. For a symmetric body, the drift remains exact if the rotor is along
+ * T. Sums are compensated: the rounding error of each sum is stored and added to the next sum
+ * (Kahan 1965). With compensated sums, rounding errors affect the energy only through the small
+ * changes of q and m per step. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -96,8 +96,8 @@ static inline void splitting_turn(double half, double *mj, double *mk, double *w
     *rj = p + (c * p + s * q);
     *rk = q + (c * q - s * p);
 }
-/* Rotates about N. The function is not inlined, because the code for symmetric bodies is faster
- * without it. */
+/* Rotates about N. The function is not inlined, because inlining would slow down the code for
+ * symmetric bodies. */
 static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);

@@ -121,9 +121,9 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
         turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the direction of the horizontal projection of the apex. Writes the length of this
- * projection to `length`, and the apex in space to `apex`. If the apex is vertical, the Euler
- * angles have no derivatives, and the direction is NaN. */
+/* Returns the direction of the horizontal projection of the apex. Writes the length of the
+ * horizontal projection to `length`, and the apex in space to `apex`. If the apex is vertical, the
+ * Euler angles have no derivatives, and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = sum_along(at->frame, at->apex);
@@ -132,7 +132,7 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
 }
 /* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
  * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
- * this basis. */
+ * the basis (e3, n, apex). */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -303,7 +303,7 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
 /* Computes the changes of all vectors from the changes of the state and the parameters. `column` is
- * one column of the tangents. */
+ * one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -86,6 +86,6 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Does the same as kr_scene_horizon, but uses units and working axes that are already known. */
+/* Does the same as kr_scene_horizon, given the internal units and the working axes. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif
