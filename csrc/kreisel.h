@@ -157,7 +157,7 @@ KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_
  * about axes normal to T [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest permitted ratio of the smallest to the largest moment, for tensors that are not
- * diagonal. At smaller ratios, the smallest moment would have too few correct digits. */
+ * diagonal. If the ratio were smaller, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
 /* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Returns
  * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
@@ -617,7 +617,8 @@ KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
  * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
  * backward in time. There is one waiting time for all tops, or one for each top if own_times is
  * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
- * KR_ERR_NO_EVENTS for methods other than taylor, otherwise a status like kr_worker_run. */
+ * KR_ERR_NO_EVENTS for methods other than taylor, and otherwise the same status as
+ * kr_worker_run. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
  * Writes the order of the method to `order`. */
@@ -687,8 +688,9 @@ typedef struct kr_kowalewski {
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
  * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
- * other bodies, for damped tops, and if the solution is refused (nonzero `refusal`). A solution
- * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
+ * bodies of other kinds, for damped tops, and if the solution is refused (nonzero `refusal`). A
+ * solution whose certificate exceeds `bound` is also refused; a `bound` of 0 means
+ * KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */

@@ -53,8 +53,8 @@ static inline double splitting_sum(double sum, double change, double *low)
     *low = all - (next - sum);
     return next;
 }
-/* Adds `change` to the horizontal components of m. Gravity does not change the vertical
- * component. */
+/* Adds `change` to the horizontal components of m. Gravity does not change the vertical component
+ * of m. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
@@ -67,7 +67,7 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
 }
 
 /* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
- * identity. Relative to the body, the momentum rotates in the opposite direction. */
+ * identity. Relative to the body, m rotates in the direction opposite to r. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
