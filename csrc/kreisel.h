@@ -617,8 +617,7 @@ KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
  * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
  * backward in time. There is one waiting time for all tops, or one for each top if own_times is
  * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
- * KR_ERR_NO_EVENTS for methods other than taylor, and otherwise the same status as
- * kr_worker_run. */
+ * KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
  * Writes the order of the method to `order`. */
@@ -688,9 +687,8 @@ typedef struct kr_kowalewski {
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
  * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
- * bodies of other kinds, for damped tops, and if the solution is refused (nonzero `refusal`). A
- * solution whose certificate exceeds `bound` is also refused; a `bound` of 0 means
- * KR_KOWALEWSKI_BOUND. */
+ * other kinds of body, for damped tops, and if the solution is refused (see `refusal`). A solution
+ * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
