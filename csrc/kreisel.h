@@ -426,8 +426,8 @@ KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
  * set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
  * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene for an initial state with more than 16 digits, scene->start +
- * low (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
+/* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
+ * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);

@@ -122,7 +122,7 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor times the angular momentum about a space axis. The momentum about an axis e is
+/* Adds a multiple of the angular momentum about a space axis. The momentum about an axis e is
  * computed as <e q, q M>, where M is the momentum in the body frame. The formula <e q, q M> holds
  * even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
@@ -155,7 +155,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor times the vertical component of the angular momentum. */
+/* Adds a multiple of the vertical component of the angular momentum. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -167,7 +167,7 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor times a component of the attitude quaternion. Every quantity with the flag
+/* Adds a multiple of a component of the attitude quaternion. Every quantity with the flag
  * KR_QUANTITY_IN_EVENTS requires a function like add_q. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
@@ -205,7 +205,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor times a component of the angular velocity relative to the support. */
+/* Adds a multiple of a component of the angular velocity relative to the support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
