@@ -5,13 +5,13 @@
  *
  * with the angular velocity w in the inertial frame, amplitude A and rate r of a shaken support.
  *
- * Frames:  Space has the axes e1, e2, e3, with gravity along -e3. If the support rotates, these
+ * Frames:  The space axes are e1, e2 and e3; gravity acts along -e3. If the support rotates, these
  *          axes rotate with it. The body has two frames: the frame of description, in which the
  *          user describes it, and the principal axes at the fixed point (N, B, T). An attitude q
  *          rotates vectors from the frame of description into space: v_space = q v q*. The angular
  *          momentum m has components in space. The apex is the direction from the fixed point to
  *          the centre of mass, or T if these points coincide.
- * Units:   Any consistent set of units. Dimensions are given in brackets, as powers of mass M,
+ * Units:   Any consistent units can be used. Dimensions are given in brackets, as powers of mass M,
  *          length L and time T.
  * Memory:  Only kr_top_create and kr_worker_create allocate memory (GSL also allocates for the
  *          optional GSL methods).
@@ -110,7 +110,7 @@ typedef struct kr_body {
      * given. The tolerance is in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes the rotors. The moments are those with locked rotors. */
+     * L^2 T^-1]. The momentum m includes that of the rotors. The moments apply to locked rotors. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -141,14 +141,14 @@ typedef struct kr_scene {
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. Friction holds a zero spin at zero as long as this torque suffices. */
+     * T^-2]. A spin of zero stays zero as long as this torque suffices. */
     double friction;
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia tensor is diagonal, the given axes are the principal axes. For other tensors, the
- * principal axes are right-handed and as near as possible to the frame of description. For a
- * Lagrange top, T is the axis of symmetry. */
+ * inertia tensor is diagonal, its coordinate axes are the principal axes. For other tensors, the
+ * principal axes form the right-handed frame nearest to the coordinate axes. For a Lagrange top, T
+ * is the axis of symmetry. */
 
 /* Makes a homogeneous cuboid from its density [M L^-3], its half-edge lengths [L], and its fixed
  * point relative to the centre [L]. */
@@ -157,10 +157,10 @@ KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_
  * about axes normal to T [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest permitted ratio of the smallest to the largest moment, for tensors that are not
- * diagonal. At smaller ratios, the smallest moment would have too few correct digits. */
+ * diagonal. If the ratio were smaller, the smallest moment would have too few correct digits. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Also returns
- * KR_ERR_BODY if the ratio of the moments is below KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its inertia tensor at the fixed point, stored by rows [M L^2]. Returns
+ * KR_ERR_BODY if the ratio of the smallest to the largest moment is below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Makes a body from its inertia tensor about the centre of mass `com`, with fixed point `pivot`. */
@@ -213,8 +213,8 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
  * rotate the space axes into a body-fixed frame. The rotations are by precession_angle about e3, by
  * nutation about e3 x apex (the line of nodes), and by spin_angle about the apex. The body-fixed
  * frame is the frame of description after the shortest rotation that takes its third axis to the
- * apex. If this rotation exceeds 120 degrees, it is preceded by a half turn about the first axis.
- * If the apex is vertical, precession_angle and spin_angle are equal up to sign. */
+ * apex. A rotation by more than 120 degrees is preceded by a half turn about the first axis. If the
+ * apex is vertical, precession_angle and spin_angle are equal up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
@@ -324,8 +324,8 @@ KR_API const char *kr_flag_name(unsigned flag);
 /* Returns the description of a single flag, or NULL. */
 KR_API const char *kr_flag_text(unsigned flag);
 
-/* Methods, a constant table. A statically linked program contains only the methods that it names,
- * unless it uses the table or kr_method_find. */
+/* Methods, a constant table. A statically linked program contains only the methods that it refers
+ * to by name. If it calls kr_method_at or kr_method_find, it contains all methods. */
 typedef struct kr_method kr_method;
 extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
     kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
@@ -336,8 +336,8 @@ extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_metho
 KR_API size_t kr_method_count(void);
 /* Returns the method with index i. */
 KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. If this build omits the method, kr_top_create returns
- * KR_ERR_NOT_BUILT for the result. */
+/* Returns the method with this name, or NULL. For a method that this build omits, kr_top_create
+ * returns KR_ERR_NOT_BUILT. */
 KR_API const kr_method *kr_method_find(const char *name);
 /* Returns the name of a method. */
 KR_API const char *kr_method_name(const kr_method *method);
@@ -351,22 +351,22 @@ KR_API const char *kr_method_reference(const kr_method *method);
 KR_API int kr_method_order(const kr_method *method);
 /* Returns the flags of a method as a sum of KR_METHOD_... bits. */
 KR_API unsigned kr_method_flags(const kr_method *method);
-/* Returns 1 if a method applies to a body under any gravity, else 0. */
+/* Returns 1 if a method applies to a body for all values of gravity, else 0. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 /* Returns 1 if a method applies to a scene, else 0. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* Returns the horizon of a scene [T]: the largest |t| at which doubles can resolve the attitude.
- * The horizon is the time of a rotation by 2^53 rad, at the initial rate of rotation or the
- * pendulum frequency, whichever is larger. The result is INFINITY for a top at rest without torque,
- * and 0 if the scene is invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION.
- * Earlier times may also be refused if damping accelerates a top backward in time. */
+ * The horizon is 2^53 rad divided by the initial rate of rotation or the pendulum frequency,
+ * whichever is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene
+ * is invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION. Earlier times may also
+ * be refused if damping accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
  * between grid points is computed by a separate step from the previous grid point. The steps of an
- * adaptive method do not depend on the requested times. A state therefore depends neither on the
- * other requested times nor on their division into calls. */
+ * adaptive method do not depend on the requested times. A state therefore depends neither on other
+ * requested times nor on the number of calls. */
 typedef struct kr_config {
     /* The step size [T]. For an adaptive method, the size of the first step, or 0 to let the method
      * choose. A negative step integrates backward in time. Grid points more than 2^50 steps from t
@@ -384,7 +384,7 @@ typedef struct kr_config {
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
      * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 makes the
-     * steps shorter. Compare results with different steps to see how many digits are correct. */
+     * steps shorter. Compare results for two step sizes to see how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
      * only up to a rotation about the vertical, at lower cost. Not on rotating supports. */
@@ -394,7 +394,7 @@ typedef struct kr_config {
      * exist. */
     uint64_t tangents;
 } kr_config;
-/* Returns the default configuration, all zeros. A fixed-step method also needs a nonzero step. */
+/* Returns the default configuration (all zeros). Fixed-step methods require a nonzero step. */
 KR_API kr_config kr_config_default(void);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -410,7 +410,7 @@ KR_API void kr_top_free(kr_top *top);
 KR_API kr_status kr_top_step(kr_top *top);
 /* Advances to time t [T]. On failure, the top keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
-/* Advances to each of t[0], t[1], ... in the direction of the step, and writes the states. `done`
+/* Advances to the times t[0], t[1], ... in the direction of the step, and writes the states. `done`
  * (may be NULL) receives the number of valid states; later elements of `out` are unchanged. On
  * failure, the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
@@ -420,14 +420,14 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
 /* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
- * of kr_top_stats, but keeps the events of kr_top_watch. Leaves the top unchanged on failure. */
+ * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene, like kr_top_reset. To push a moving top, or to change its
- * body, use kr_top_state as scene->start. The time grid and the tangents are also reset. Returns
+/* Restarts the top with another scene, like kr_top_reset. To push a moving top or change its body,
+ * set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
  * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene, for an initial state scene->start + low with more than 16
- * digits. The rounded sum must be scene->start, as for kr_top_state and kr_top_low; low.t is 0. */
+/* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
+ * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
@@ -435,16 +435,16 @@ KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top);
 /* Returns the numbers of steps, rejected steps, evaluations and iterations so far. */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* Returns the current time of the top [T]. `poll` may call this function. */
+/* Returns the current time of the top [T]. The callback `poll` may call kr_top_time. */
 KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
  * order of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Tangents, the derivatives of the state, listed as X(parameter, bit, number of columns, name).
- * States are bitwise equal with and without tangents. The 6 rows are the rotation vector of the
- * attitude in the frame of description [rad], followed by the momentum in space. The 6 columns for
- * START are the derivatives with respect to the same 6 components of the initial state. Derivatives
+ * States are bitwise equal with and without tangents. The 6 rows refer to the rotation vector of
+ * the attitude in the frame of description [rad] and the momentum in space. The 6 columns of START
+ * are derivatives with respect to the corresponding components of the initial state. Derivatives
  * with respect to moments, centre of mass, damping and rotor refer to the principal axes.
  * Derivatives with respect to parameters are taken at fixed initial momentum. */
 /* clang-format off */
@@ -467,14 +467,14 @@ enum {
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of columns of the tangents selected by these flags. */
+/* Returns the number of tangent columns for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
  * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Returns an estimate of the relative truncation error of the tangents. The estimate is the largest
- * ratio so far of the last retained Taylor term to the norm of the tangent. */
+/* Returns an estimate of the relative truncation error of the tangents. The estimate is the ratio
+ * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
  * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
@@ -504,11 +504,11 @@ typedef struct kr_term {
     double factor;
     int first, second;
 } kr_term;
-/* Returns the value of a sum of n terms at a state. */
+/* Returns the sum of n terms factor * first * second at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* An event is a sign change of g. If g is the spin, an event also occurs when friction stops it.
- * Values of g below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
+/* If the function g is the spin, an event also occurs when friction stops the spin. Values of g
+ * below 2^-50 times the magnitude of its terms (2^-40 initially) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
@@ -530,14 +530,14 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
  * step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Many tops. A worker integrates any number of tops by one method, one after the other or in
- * parallel lanes of a vector. A worker owns the memory that it needs. Each thread needs its own
- * worker. If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution,
- * and all other tops use taylor. The results for a top depend only on this top and its times, not
- * on other tops, their order, the number of calls, or failures. Results are bitwise equal to those
- * of kr_exact_state or of a kr_top, except for undamped tops that taylor integrates with up to 16
- * digits. Such tops run in vector lanes, with bitwise equal results on all instruction sets with
- * fused multiply-add. */
+/* Many tops. A worker integrates any number of tops with one method, either one by one or in
+ * parallel vector lanes. A worker owns the memory that it needs. Each thread needs its own worker.
+ * If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution, and all
+ * other tops use taylor. The results for a top depend only on this top and its times, not on other
+ * tops, their order, the number of calls, or failures. Results are bitwise equal to those of
+ * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates in vector lanes
+ * (up to 16 digits). Results from vector lanes are bitwise equal on all instruction sets with fused
+ * multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions of a quantity component over time, listed as X(kind, name). VARIANCE is the population
  * variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
@@ -565,16 +565,16 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Indicators of the growth of one tangent of an undamped top, for the method taylor with up to 16
- * digits. The norm of the tangent is measured in the internal units of the top, and is initially 1.
- * The directions of the flow and of the rotation about the vertical, which never grow, are
- * projected out. All indicators are accumulated from the initial time. LOG is the logarithm of the
- * norm; LOG divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO
- * indicator, and MAX is the largest LOG so far. Along the tangent, the derivatives of the energy
- * and of <m, e3> are constant. ENERGY and MOMENTUM are the relative errors of these derivatives.
- * TRUNCATION is the largest ratio of the last retained Taylor term to the norm of the tangent.
- * Steps too long for the series of the tangent are shortened. The status is KR_ERR_TANGENT if no
- * step is short enough. */
+/* Growth indicators of a tangent, for undamped tops and the method taylor with up to 16 digits. The
+ * norm of the tangent is measured in the internal units of the top, and is initially 1. The
+ * directions of the flow and of the rotation about the vertical, which never grow, are projected
+ * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
+ * divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator,
+ * and MAX is the largest LOG so far. The directional derivatives of the energy and of <m, e3> along
+ * the tangent are constant; ENERGY and MOMENTUM are their relative errors. TRUNCATION is the
+ * largest ratio of the last retained Taylor term to the norm of the tangent. Steps are shortened if
+ * the Taylor series of the tangent would be inaccurate. The status is KR_ERR_TANGENT if no step is
+ * short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -590,8 +590,8 @@ typedef struct kr_outcome {
     kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
-/* The input and output of one call of a worker. The last time of a top determines the direction of
- * time, regardless of the sign of the step. */
+/* The input and output of kr_worker_run and kr_worker_section. Each top is integrated towards its
+ * last time, regardless of the sign of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
@@ -606,21 +606,21 @@ typedef struct kr_tops {
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker, and copies the reductions. Free it with kr_worker_free. */
+/* Allocates a worker that keeps a copy of the reductions. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail (see
- * their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is also the
- * status of all unfinished tops. */
+/* Computes the states of all tops at the requested times. Returns KR_OK even if individual tops
+ * fail (see their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is
+ * also the status of all unfinished tops. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
- * kr_top_watch). Here t is the maximum waiting time for the first or next event, negative for
- * backward in time. The waiting time is one number for all tops, or [n] with own_times. If no event
- * occurs within this time, the status of the top is KR_ERR_EVENT. Returns the same statuses as
- * kr_worker_run, and KR_ERR_NO_EVENTS for methods other than taylor. */
+ * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
+ * backward in time. There is one waiting time for all tops, or one for each top if own_times is
+ * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
+ * KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
-/* Returns the name of the instruction set of the lanes, or "" if the worker has no lanes. Writes
- * the order of the method to `order`. */
+/* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
+ * Writes the order of the method to `order`. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
@@ -638,12 +638,12 @@ typedef struct kr_exact {
     double precession, spin;
     double private_[70];
 } kr_exact;
-/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for all other tops, and for
- * heavy tops whose nonzero tilt and motion are below 1e-70. */
+/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for scenes that kr_exact
+ * does not cover, and for heavy tops whose nonzero tilt and motion are below 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
- * motion are correct, but the attitude is arbitrary. The state is NaN if a rate is close to the
- * largest finite double. A tilt or motion below 1e-75 is treated as zero. */
+ * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
+ * motion is close to the largest finite double. A tilt or motion below 1e-75 is treated as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states that are bitwise equal to those of kr_exact_state, but computed faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -687,20 +687,20 @@ typedef struct kr_kowalewski {
 KR_API size_t kr_kowalewski_size(void);
 /* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
  * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
- * other bodies, for damped tops, and if the solution is refused (nonzero `refusal`). A solution
+ * other kinds of body, for damped tops, and if the solution is refused (see `refusal`). A solution
  * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Returns the state at two angles [turns] of the invariant torus, which increase at the rates
- * `first` and `second`. The state has the initial time and the initial heading. */
+/* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
+ * increase at the rates `first` and `second`. The state has the initial time and heading. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Reasons for refusing a closed form of a Goryachev-Chaplygin top, listed as X(name, message). */
+/* Reasons why kr_goryachev_chaplygin_plan refuses a top, listed as X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
@@ -727,8 +727,8 @@ KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
  * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, for moments 4 :
- * 4 : 1. `mismatch` includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G =
- * 0, the error grows by one rounding error for each radian of rotation about the vertical. */
+ * 4 : 1. `mismatch` is at least |<m, e3>| / |m|, which may differ from 0 by a rounding error. Near
+ * G = 0, the error grows by one rounding error for each radian of rotation about the vertical. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */
@@ -742,7 +742,7 @@ KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
-/* Returns the state at two angles of the torus, like kr_kowalewski_state_at, with any heading. */
+/* Returns the state at two torus angles, like kr_kowalewski_state_at; the heading is arbitrary. */
 KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
                                                 double second);
 /* Writes n states bitwise equal to those of kr_goryachev_chaplygin_state, but computed faster. */
@@ -762,7 +762,7 @@ typedef struct kr_turning {
     const char *motion_type;
     double private_[5];
 } kr_turning;
-/* Computes the turning points for a scene. Returns KR_ERR_METHOD for all other tops. */
+/* Computes the turning points for a scene. Returns KR_ERR_METHOD for tops of any other kind. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 /* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
  * L^2 T^-2]. */

@@ -22,8 +22,8 @@ typedef struct kr_motion {
     /* The work array of the method, with method->work doubles and no pointers. The work array of
      * the main motion is aligned to 64 bytes. */
     double *work;
-    /* Other data of the method, such as its kernel or memory allocated by another library. Freed by
-     * `release`. */
+    /* Additional data of the method, such as its kernel or memory allocated by another library.
+     * Freed by `release`. */
     void *aux;
     /* If skip_heading is set, states are determined only up to a rotation about the vertical.
      * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
@@ -64,7 +64,7 @@ typedef struct kr_step_polynomial {
      * stopped. */
     double held;
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few coefficients
-     * more. The elements before `b` and after the end of both arrays must be zero. */
+     * more. Elements before the start of b and beyond the ends of a and b must be zero. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
@@ -73,14 +73,14 @@ typedef struct kr_step_polynomial {
  * seed contains the initial deviation, and the derivatives of the coefficients of the equations of
  * motion with respect to a parameter. The derivatives of the moments and the damping are symmetric
  * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However, strongly damped
- * motions with deviations require short steps. */
+ * motions require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
 /* The time dependence of the change in torque due to a parameter. With STRENGTH, the torque change
  * is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE or
- * PHASE, the torque change is proportional to the derivative of g(t) with respect to this parameter
- * of the shaking. */
+ * PHASE, the torque change is proportional to the derivative of g(t) with respect to the
+ * corresponding parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -89,9 +89,9 @@ typedef enum kr_timing {
     KR_TIMING_RATE,
     KR_TIMING_PHASE
 } kr_timing;
-/* `pull` is the derivative of weight * com per unit of acceleration, with the acceleration in the
- * user's units. `timing` determines the time dependence of the lever. `turning`, `apex` and
- * `friction` are derivatives of the support's angular velocity, the apex and the dry friction. */
+/* `pull` is the derivative of weight * com, divided by the acceleration in the user's units.
+ * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
+ * are derivatives of the support's angular velocity, the apex and the dry friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -141,8 +141,8 @@ struct kr_method {
     int (*applies)(const kr_body *body, kr_kind kind);
     int (*suits)(const kr_scene *scene);
     size_t work;
-    /* Returns the number of additional doubles that a scene needs. Checkpoints omit these doubles,
-     * because `reset` recomputes them from the initial state. NULL: none. */
+    /* Returns the number of additional doubles that the method needs for a scene. Checkpoints omit
+     * these doubles, because `reset` recomputes them from the initial state. NULL: none. */
     size_t (*extra_doubles)(const kr_scene *scene);
     /* Starts the motion from the attitude and momentum of `start`; the time is ignored. On failure,
      * a method with dense output leaves `work` and `aux` unchanged. */
@@ -175,7 +175,8 @@ struct kr_method {
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);
-    /* Returns the name of the kernel in use, and writes its order. May be NULL. */
+    /* Returns the name of the kernel in use, and writes the order of the method to `order`. May be
+     * NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 

@@ -29,7 +29,7 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* The number of bytes of a kr_top that are saved in a checkpoint. */
+/* The number of bytes of a kr_top that a checkpoint stores. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* The saved data of an event: its search state, and a checksum of its definition. */
@@ -150,9 +150,9 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if a motion from a checkpoint and its work array are valid for `top`. A correct
- * checksum does not suffice, because checksums can be forged. The configuration and all counts,
- * indices and loop bounds are therefore checked as well. */
+/* Returns 1 if a saved motion and its work array are valid for `top`. A correct checksum does not
+ * suffice, because checksums can be forged. The configuration and all counts, indices and loop
+ * bounds are therefore checked as well. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -177,15 +177,15 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if the event search state `own` is valid for a top that has made `steps` steps. */
+/* Returns 1 if an event search state is valid for a top that has taken `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the events in a checkpoint match the events of `top`. If `take` is nonzero, also
- * restores the search state of each event. */
+/* Returns 1 if the events in a checkpoint match the events of `top`. Restores the search states of
+ * the events if `take` is nonzero. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {

@@ -10,8 +10,8 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the correction to q* m q due to the digits of q and m beyond double precision. The norm
- * of q is arbitrary. */
+/* Returns the change in q* m q that results from the digits of q and m beyond double precision. The
+ * norm of q is arbitrary. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -25,8 +25,8 @@ static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, cons
     return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
 }
 /* Returns the body-frame components of the momentum. If `low` is NULL, the relative error of each
- * component is about one rounding error. For a thin rod, division by the small moment of inertia
- * would amplify an error relative to the norm. */
+ * component is about one rounding error. Errors that are small only relative to the norm would be
+ * amplified by the small moment of inertia of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
 {
     const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),

@@ -2,7 +2,7 @@
  * fixed-step method is saved and checked for NaN and infinity every KR_CHECK steps. No failure is
  * missed, because NaN and infinity persist in all later states. After a failure, the steps since
  * the last saved state are repeated to find the last valid state. The state of an adaptive method
- * is checked after every step. A method with dense output checks its own steps. */
+ * is checked after every step. A method with dense output checks its steps itself. */
 #include "top.h"
 
 enum {
@@ -23,7 +23,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array, but keeps the pointers `work` and `aux` of `to`. */
+/* Copies a motion and its work array to `to`, whose pointers `work` and `aux` stay unchanged. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -132,7 +132,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the step limits of an integration to a time between two steps. */
+/* Returns an error code if an auxiliary integration must stop after `steps` steps, else KR_OK. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;

@@ -1,5 +1,5 @@
-/* Tangents in the user's frame and units: initialization of the requested columns, and conversion
- * of the results. The integration methods propagate the tangents. */
+/* Initialization of tangents, and their conversion to the user's frame and units. The integration
+ * methods propagate the tangents. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -81,8 +81,8 @@ static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
     return vdd_scale(own, v_dd(a, none));
 }
 /* Adds the tangent column for a parameter on which lever = mass * gravity * com depends. On a
- * support at rest, the derivative of the lever is weight * com. On a shaken support the derivative
- * is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
+ * support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the derivative is
+ * mass * com * k, where k is the acceleration or a derivative of the acceleration. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -90,8 +90,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Adds the three tangent columns for the centre of mass, `com`. If `com` is nonzero, the direction
- * of the apex also depends on `com`. */
+/* Adds the three tangent columns for the centre of mass, `com`. The direction of the apex depends
+ * on `com` unless `com` is zero. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -158,7 +158,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the internal unit of each tangent parameter, a power of two times the user's unit. */
+/* Writes the internal units of the tangent parameters, which are powers of two times the user's
+ * units. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;

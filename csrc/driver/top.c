@@ -1,4 +1,4 @@
-/* A top in motion: creation, states at requested times, and conversion to the user's frame and
+/* Functions that create tops and compute their states at requested times, in the user's frame and
  * units. Limits, non-finite states, interruptions and recovery are handled in steps.c. A fixed-step
  * method computes states on the time grid start.t + k * step. An adaptive method computes states at
  * the ends of its own steps. A state within a step is computed by a separate integration from the
@@ -368,8 +368,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces `top` by the newly initialized `begun`, but keeps the memory of `top`. During its
- * initialization, `begun` borrows work memory from `top`. */
+/* Copies the newly initialized top `begun` to `top`, which keeps its own memory. The initialization
+ * of `begun` uses work memory of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -411,7 +411,7 @@ kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
         spare->aux = begun.main.aux;
     return status;
 }
-/* Returns 1 if `start` is the rounded sum of `start` and `low`. */
+/* Returns 1 if the sum start + low rounds to start, and low.t is 0. */
 static int are_low_words(const kr_state *start, const kr_state *low)
 {
     const kr_quat q = q_add(start->q, low->q);

@@ -8,7 +8,7 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* Checkpoints store the following fields. */
+    /* Fields that are stored in checkpoints. */
     kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
@@ -28,7 +28,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* Checkpoints do not store the following fields. */
+    /* Fields that are not stored in checkpoints. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -137,7 +137,7 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
                       const kr_config *config);
 /* Returns the magnitude of `step`, with a negative sign if `back` is nonzero. If `step` is 0 and
- * `back` is nonzero, returns -0.1 as the size of the first step. */
+ * `back` is nonzero, returns -0.1, the default first step. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
@@ -153,8 +153,7 @@ kr_status kr_steps_recover(kr_top *top);
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 /* Advances by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Advances by one step of a method with dense output. The step may end later than the time
- * `until`. */
+/* Advances by one step of a method with dense output. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
 /* Integrates from the state `from` over a time `span`, and writes the final state to `end`. All
  * values are in internal units. */

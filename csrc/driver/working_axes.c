@@ -3,8 +3,8 @@
 #include "model/body.h"
 #include "top.h"
 
-/* Methods that do not depend on the order of the axes use the principal axes as given. With these
- * axes, the initial state is converted exactly, which preserves small tilt angles. */
+/* Methods that do not depend on the order of the axes use the principal axes as given. The initial
+ * state is converted to the principal axes exactly, which preserves small tilt angles. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -14,8 +14,8 @@ kr_working kr_top_working_axes(const kr_top *top)
 }
 /* Converts the attitude `q` to working axes that are a permutation of the principal axes. For an
  * upright top, a small tilt becomes the difference of nearly equal quaternion components.
- * Double-double arithmetic preserves the digits of this difference. Stores the digits of the result
- * beyond double precision in top->main.low. */
+ * Double-double arithmetic is used to preserve the digits of small tilt angles. Stores the digits
+ * of the result beyond double precision in top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

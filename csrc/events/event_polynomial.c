@@ -10,14 +10,14 @@
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* PAD is the number of zeros stored before the coefficients of a series. ROOM is the space for the
- * coefficients and the zeros that follow. */
+/* A padded series has PAD zeros, followed by ROOM elements for the coefficients and further
+ * zeros. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
 /* The Taylor polynomials of the state over a step, truncated at a given order. The members have the
- * same meaning as in kr_step_polynomial. Each function add_... adds its result to the coefficients
- * c. */
+ * same meaning as in kr_step_polynomial. Functions whose names begin with add_ add a series to the
+ * coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -27,8 +27,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, which is a power of two. The unit follows from the first letter
- * of the dimension: M for momenta, T for rates. */
+/* Returns the unit of a component, which is a power of two. The first letter of the dimension
+ * determines the unit: M for momenta, T for rates. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -46,7 +46,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
 /* Returns the coefficient of a term of an event function, in the units of the step. `rate` is the
- * unit of frequency in this step. */
+ * frequency unit of the step. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -122,9 +122,9 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor times the angular momentum about a space axis. The momentum about an axis e is
- * computed as <e q, q M>, where M is the momentum in the body frame. The formula also holds for
- * damped motions and moving supports. */
+/* Adds a multiple of the angular momentum about a space axis. The momentum about an axis e is
+ * computed as <e q, q M>, where M is the momentum in the body frame. The formula <e q, q M> holds
+ * even for damped motions and moving supports. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
     /* The three products in each component of q M, each as the index in q, the index in M, and 1
@@ -155,7 +155,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor times the vertical component of the angular momentum. */
+/* Adds a multiple of the vertical component of the angular momentum. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -167,8 +167,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor times a component of the attitude quaternion. A function of this form is needed for
- * every quantity with KR_QUANTITY_IN_EVENTS. */
+/* Adds a multiple of a component of the attitude quaternion. Every quantity with the flag
+ * KR_QUANTITY_IN_EVENTS requires a function like add_q. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -205,7 +205,7 @@ static void add_apex(const step_view *v, double factor, int axis, double *c)
     else
         add_turned(v, axis, v_scale(factor, v->top->apex), c);
 }
-/* Adds factor times a component of the angular velocity relative to the support. */
+/* Adds a multiple of a component of the angular velocity relative to the support. */
 static void add_relative_velocity(const step_view *v, double factor, kr_vec3 along, double *c)
 {
     const kr_scene *scene = &v->top->scene;
@@ -236,7 +236,7 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_relative_velocity(v, factor, v->top->apex, c);
 }
-/* Adds factor times the component with index `number`. The table must contain every quantity that
+/* Adds a multiple of the component with index `number`. The table must contain every quantity that
  * events can use (KR_QUANTITY_IN_EVENTS). */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
@@ -264,7 +264,7 @@ static double component_bound(const kr_top *top, double rate, int number)
     const double rotor = v_length(top->main.rotor) / rate;
     const kr_vec3 A = top->main.inertia;
     const double least = fmin(A.x, fmin(A.y, A.z));
-    /* On a moving support, energy is not conserved, so this bound does not apply. */
+    /* The energy bound does not apply on moving supports, where energy is not conserved. */
     const int is_moving = kr_scene_turns(&top->scene) || kr_scene_shakes(&top->scene);
     const kr_vec3 root =
         is_moving ? v3(1.0, 1.0, 1.0) : v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
@@ -293,8 +293,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the sum of the terms from `t` up to `end`, exclusive. The terms must share the same first
- * component. */
+/* Adds the sum of the terms in [t, end), which must have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -323,7 +322,8 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Expands an event function about the end of the step, to first order at most. */
+/* Expands an event function to order zero, or an extremum event to order one, about the end of a
+ * step. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {

@@ -4,8 +4,8 @@
 #include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
-/* Returns an upper bound on the magnitude of a sum of n terms over the step `piece`. The search for
- * sign changes requires a finite nonzero bound. */
+/* Returns an upper bound on the magnitude of a sum of n terms during a step. The search for sign
+ * changes requires a finite nonzero bound. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function g as a polynomial in s over the step, 0 <= s <= 1, and returns the
@@ -14,9 +14,9 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
  * c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. A
- * larger threshold, KR_TERMS_START, applies at the initial state, which may lie exactly on an
- * event. */
+/* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. The
+ * larger threshold KR_TERMS_START applies at the initial state, where the event function may be
+ * exactly zero. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if an event function is linear in the body-frame components of the vertical and the
@@ -28,7 +28,7 @@ typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the event function as a linear function of components in working axes. `rate` is the unit
- * of frequency in this step. The event function must be linear (see kr_terms_are_linear). */
+/* Returns the event function as a linear function of components in working axes. `rate` is the
+ * frequency unit of the step. The event function must be linear (see kr_terms_are_linear). */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -1,13 +1,13 @@
 /* Functions that advance a top from event to event. Each step is first computed without regard to
  * events, and then searched for events. Events therefore never change the path. For each event, the
- * next sign change of its function in the last step is stored. The search resumes from this sign
- * change once the top has passed it. */
+ * next sign change of its function in the last step is stored. Once the top has passed a stored
+ * sign change, the search resumes from there. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
 /* Converts a time within the last step from internal units to the user's units. If rounding moves
- * the result out of the step, returns an adjacent double inside the step if possible. */
+ * the result out of the step, an adjacent double inside the step is returned, if any. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -102,7 +102,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
     find_next_sign_change(top, piece, event, own);
 }
 /* Returns the earliest event in the last step at or after the current time of the top, or NULL.
- * Writes the search state of this event to `found`. */
+ * If there is an event, writes its search state to `found`. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
                                kr_event_search *found)
 {
@@ -127,8 +127,8 @@ static int is_condition_true(const kr_top *top, const kr_event *event)
     return !event->condition_count ||
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
-/* Advances to the next event in the last step, but not beyond the time t. If there is no such
- * event, sets hit->index to -1. */
+/* Advances to the next event in the last step, but not beyond the time t. Sets hit->index to -1 if
+ * there is no event. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

@@ -36,8 +36,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. At `low`, the polynomial must have the sign
- * r->side. */
+ * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
+ * have the sign r->side there. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -64,9 +64,9 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of an interval reveals any sign change within the interval. The
- * end value suffices if the polynomial has constant sign, is monotonic, or is zero up to rounding
- * noise. */
+/* Returns 1 if the sign at the end of an interval determines whether there is a sign change inside.
+ * The end value suffices if the polynomial has constant sign, is monotonic, or is zero up to
+ * rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

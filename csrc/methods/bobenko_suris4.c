@@ -12,14 +12,14 @@
 #include "model/resummed.h"
 
 /* Each step also includes fixed rotations about the vertical and the symmetry axis. The fixed
- * rotations are applied only when a state is read, with n times their angles after n steps. */
+ * rotations of all steps are combined, and are applied only when a state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after a modified kick, scaled by the fraction `part`. */
+/* Returns the momentum after a modified kick whose strength is scaled by `part`. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);

@@ -1,12 +1,13 @@
 /* Coefficients of symmetric compositions of kicks and drifts. The sequence of a step is
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s,
- * where a_i and b_i are fractions of the step size. The coefficients of both kicks and drifts are
- * palindromic and sum to 1. The table lists the first half of each sequence; the middle
- * coefficients follow from the sums. A row without kick coefficients describes a composition of a
- * symmetric second-order method, such as Strang splitting, with b_i = (a_i + a_(i+1)) / 2. At
- * orders 6 and 8, these compositions are cheaper than repeated compositions with Suzuki's
- * coefficients. A row with kick coefficients begins and ends with a drift (b_0 = 0). With an exact
- * drift, only the order conditions of Runge-Kutta-Nystrom methods must be satisfied. */
+ * where a_i and b_i are fractions of the step size. The kick coefficients and the drift
+ * coefficients are palindromic, and each set sums to 1. The table lists the first half of each
+ * sequence; the middle coefficients follow from the sums. A row without kick coefficients describes
+ * a composition of a symmetric second-order method, such as Strang splitting, with b_i = (a_i +
+ * a_(i+1)) / 2. At orders 6 and 8, the tabulated compositions are cheaper than repeated
+ * compositions with Suzuki's coefficients. A row with kick coefficients begins and ends with a
+ * drift (b_0 = 0). With an exact drift, only the order conditions of Runge-Kutta-Nystrom methods
+ * must be satisfied. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -42,14 +43,14 @@ static const struct {
 
 /* The drifts and kicks of one step alternate, starting with drift[0] and kick[0]. The arrays drift
  * and kick contain fractions of the step size. The last kick of a step is merged with the first
- * kick of the next step. Between steps, the momentum is therefore ahead by the fraction `ahead` of
- * a kick. */
+ * kick of the next step. Between steps, the momentum therefore already contains part of the next
+ * kick (see `ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Returns the sequence of drifts and kicks for row `row` of the table. */
+/* Returns the drifts and kicks that a row of the table describes. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

@@ -1,6 +1,6 @@
 /* Extrapolation with order and step-size control (extrapolation.h), applied to the twelve equations
- * in the rest frame (Bodack 2008, 3.9; rest_frame.h). The method does not conserve the integrals of
- * motion. */
+ * of motion in the inertial frame (Bodack 2008, 3.9; rest_frame.h). The method does not conserve
+ * the integrals of motion. */
 #include "extrapolation.h"
 #include "rest_frame.h"
 

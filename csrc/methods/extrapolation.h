@@ -14,9 +14,9 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A formulation of the equations of motion in the variables y. The functions convert a state to y,
- * compute dy/dt, and convert y to the angular velocity, momentum and attitude in the space
- * frame. */
+/* A formulation of the equations of motion in variables y. The function `begin` converts a state to
+ * y, and `rates` computes dy/dt. From y, `velocity`, `momentum` and `attitude` compute the
+ * corresponding quantities in the space frame. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -92,7 +92,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Computes the extrapolated values of row `row`, which overwrite the previous row. */
+/* Computes the extrapolated values of a row, which overwrite the previous row. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -103,7 +103,7 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
     }
 }
 /* Computes a row of the table, its error estimate, and the step size that follows from the
- * estimate. Returns 0 if the extrapolation diverges or is not finite. */
+ * estimate. Returns 0 if the extrapolation diverges or its result is not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -119,9 +119,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Returns the first row from `from` to target + 1 that meets the tolerance. Returns GBS_REJECTED as
- * soon as the remaining rows are unlikely to meet the tolerance. Returns GBS_UNSTABLE if the
- * extrapolation diverges. */
+/* Returns the number of the first row that meets the tolerance, among the rows `from` to target +
+ * 1. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the tolerance. Returns
+ * GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -192,7 +192,7 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts a trial step that ends at the time `end`, in internal units. The sign of q is chosen to
+/* Accepts a trial step, which ends at the time `end` in internal units. The sign of q is chosen to
  * agree with a rotation at the mean angular velocity. The previous attitude does not determine the
  * sign, because the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)

@@ -48,7 +48,7 @@ static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
     return q_turn(
         q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
 }
-/* Returns the change in momentum due to a fraction `part` of a kick. */
+/* Returns the change in momentum due to a kick scaled by `part`. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 a = modified_kick_lever(kick, q);
@@ -59,8 +59,9 @@ static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, 
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if the top rotates by at most `most` [rad] per step. The rotation is estimated from the
- * larger of two rates: the maximum permitted by the energy, and the rate due to the rotor. */
+/* Returns 1 if the rotation of the top per step does not exceed `most` [rad]. The rotation is
+ * estimated from the larger of two rates: the maximum permitted by the energy, and the rate due to
+ * the rotor. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {

@@ -5,7 +5,7 @@
  * vertical momentum, and for Lagrange tops also the axial momentum. The energy error is bounded and
  * O(h^4). The steps are symplectic. The change of variables (processor) preserves the symplectic
  * form only up to a bounded error of O(h^7). Steps in which the top may rotate by more than 2.5 rad
- * are refused. Lagrange tops are exempt from this limit, because their drift is exact. */
+ * are refused. Lagrange tops may rotate faster, because their drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

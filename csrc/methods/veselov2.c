@@ -10,7 +10,7 @@ typedef struct {
     kr_vec3 r; /* solution of the last step, the initial guess for the next one */
 } veselov2_state;
 
-/* Returns the momentum after a fraction `part` of a kick. */
+/* Returns the momentum after a kick scaled by `part`. */
 static kr_vec3 veselov2_kick(const veselov2_state *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);

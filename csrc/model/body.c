@@ -240,8 +240,9 @@ static int is_axis_through_com(const kr_body *b, int axis)
                                fabs(component_at(b->com, (axis + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. Within
- * rounding errors, the symmetry axis is chosen to pass exactly through the centre of mass. */
+/* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
+ * symmetry axis that misses the centre of mass only by rounding errors is made to pass through
+ * it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
@@ -256,8 +257,8 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
     return q_mul(q_mul(axis_cycles[axis], q_tilt(q_turn_back(axis_cycles[axis], a))),
                  q_conj(axis_cycles[axis]));
 }
-/* Makes two moments equal if they differ only by rounding errors. Moves the centre of mass to the
- * symmetry axis if the distance is due to rounding errors. */
+/* Makes two moments equal if they differ only by rounding errors. Moves the centre of mass of a
+ * Lagrange top exactly onto the symmetry axis. */
 static void merge_equal_moments(kr_body *b)
 {
     const int axis = distinct_axis(b, KR_KIND_RTOL);
@@ -270,8 +271,7 @@ static void merge_equal_moments(kr_body *b)
         b->com = v3(axis == 0 ? a.x : 0.0, axis == 1 ? a.y : 0.0, axis == 2 ? a.z : 0.0);
 }
 
-/* Returns 1 if the smallest moment has too few correct digits, due to rounding errors of the
- * largest moment. */
+/* Returns 1 if rounding errors of the largest moment make the smallest moment too inaccurate. */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <

@@ -21,7 +21,8 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 /* Returns the acceleration along -e3 at the time t, due to gravity and the shaking of the
  * support. */
 double kr_acceleration_at(const kr_scene *scene, double t);
-/* Friction is assumed to hold a top whose spin is at most this fraction of its angular velocity. */
+/* A top is considered held by friction if its spin is at most this fraction of its angular
+ * velocity. */
 #define KR_SPIN_OF_HELD 0x1p-40
 
 /* For each quantity, a function kr_state_<name> computes its value. The return type depends on the

@@ -121,9 +121,9 @@ static kr_vec3 turn_of_euler_frame(const quantity_point *at, const quantity_chan
         turn_of_tilt(sum_along(at->described, at->apex), sum_along(at->described, by->apex));
     return v_add(turn, q_turn(at->state->q, tilt));
 }
-/* Returns the direction of the horizontal projection of the apex. Also writes the length of the
- * projection, and the apex in space. If the apex is vertical, the Euler angles have no derivatives,
- * and the direction is NaN. */
+/* Returns the direction of the horizontal projection of the apex. Writes the length of the
+ * horizontal projection to `length`, and the apex in space to `apex`. If the apex is vertical, the
+ * Euler angles have no derivatives, and the direction is NaN. */
 static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3 *apex)
 {
     *apex = sum_along(at->frame, at->apex);
@@ -132,7 +132,7 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
 }
 /* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
  * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
- * this basis. */
+ * the basis (e3, n, apex). */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -198,14 +198,13 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
-/* Returns the change of a vector v that changes by dv and is rotated by a small angle about axis
- * 3. */
+/* Returns dv plus the change of the vector v due to a small rotation about axis 3. */
 static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Computes the two vectors of an integral and their changes. Returns 0 if the body or the
- * perturbation does not belong to the integrable case `kind`. */
+/* Computes the two vectors on which an integral of motion depends, and their changes. Returns 0 if
+ * the body or the perturbation does not belong to the integrable case `kind`. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -304,7 +303,7 @@ static double change_of_acceleration(const quantity_point *at, int shaking)
     return shaking == 3 ? by_phase : by_phase * t - 2.0 * by->amplitude * by->rate * cosine;
 }
 /* Computes the changes of all vectors from the changes of the state and the parameters. `column` is
- * one column of the tangents. */
+ * one column of the tangent matrix. */
 static void set_change(const quantity_point *at, const double column[6], quantity_change *by)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

@@ -35,7 +35,7 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
 /* Returns the time step of the continuous motion that corresponds to the step r->step of the map.
- * Also computes the remaining members of `r`. */
+ * Sets all members of `r` except r->step. */
 static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;

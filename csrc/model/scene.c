@@ -106,7 +106,7 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
 {
-    /* The squares are computed in internal units, in which they cannot overflow. */
+    /* Internal units are used, because squares of values in the user's units could overflow. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   h = v_scale(units->time, v_scale(1.0 / units->moment, scene->body.rotor)),

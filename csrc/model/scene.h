@@ -11,7 +11,7 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. The factors are scaled, because their
+/* The factors of lever = mass * gravity * com * 2^power. Scaled factors are stored, because their
  * product may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
@@ -51,8 +51,8 @@ static inline int kr_scene_turns_about_vertical(const kr_scene *scene)
 {
     return scene->turning.z != 0.0 && scene->turning.x == 0.0 && scene->turning.y == 0.0;
 }
-/* Returns 1 if damping, friction or support motion rules out a closed-form solution. If `own` is
- * nonzero, the support may rotate about the vertical. */
+/* Returns 1 if damping, friction or support motion rules out a closed-form solution. Rotation of
+ * the support about the vertical is permitted if `own` is nonzero. */
 static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 {
     kr_scene at_rest = *scene;
@@ -69,7 +69,7 @@ typedef struct kr_swing {
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest unit allowed. The reciprocal of a smaller unit might overflow. */
+/* The smallest permitted unit. The reciprocals of smaller units might overflow. */
 static const double kr_min_unit = 0x1p-1020;
 /* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
  * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
@@ -86,6 +86,6 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Does the same as kr_scene_horizon, but uses units and working axes that are already known. */
+/* Does the same as kr_scene_horizon, given the internal units and the working axes. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif
