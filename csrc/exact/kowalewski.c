@@ -69,7 +69,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the larger of the relative errors of the energy and of <m, e3> at a state. */
+/* Returns the larger of the relative errors of the energy and of <m, e3> of a state. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
@@ -78,8 +78,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of the integrals of motion at many points on the torus. Near saddles,
- * the errors can be 1e4 times as large as those at the samples used for fitting. */
+/* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
+ * points, the errors can be 1e4 times as large as at the samples used for fitting. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;

@@ -28,7 +28,8 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles to be treated separately on an arc, and returns their number. */
+/* Finds the poles that contribute to the heading's integrand on an arc, and returns their
+ * number. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;

@@ -6,10 +6,11 @@
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * Linear combinations of the classes have fewer terms, so the constants of these combinations are
- * fitted. Poisson summation is exact. The rules for classes and signs were found numerically and
- * have not been proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares
- * states with 30-digit solutions near every known kind of separatrix.
+ * Linear combinations of the classes have fewer terms than the classes, so the constants of these
+ * combinations are fitted. Poisson summation is exact. The rules that assign classes and signs to
+ * terms were found numerically and have not been proved (kowalewski_theta.h). The study
+ * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
+ * of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -95,7 +96,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Classes with different shifts cannot be combined. */
+                    /* Classes whose lattices have different shifts cannot be combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -124,8 +125,8 @@ static cx factor_of(const dual_basis *b, int which, const dual_term *n)
 {
     return b->factor[which][n->k1 & 7][n->k2 & 7];
 }
-/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over angles theta between -2 pi
- * and 2 pi. */
+/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over all theta with components
+ * between -2 pi and 2 pi. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
     /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating minimization over the two

@@ -38,8 +38,8 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns the relative error of the distance between two branch points. Nearly equal roots of phi
- * are accurate to only half of the digits. */
+/* Returns the relative error of the distance between two branch points. If two roots of phi are
+ * nearly equal, only about half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
@@ -101,7 +101,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of the term `n` in the sum with index `sum`. */
+/* Returns the coefficient of a given term in one of the theta sums. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
@@ -158,8 +158,8 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
 /* Appends a theta sum to the solution, row by row. Negligible terms at the ends of a row are
- * omitted. A real sum stores only half of its terms, multiplied by two, because the others are
- * conjugate. Returns 0 if the array of terms or rows is full. */
+ * omitted. A real sum stores only half of its terms, multiplied by two, because the terms form
+ * complex conjugate pairs. Returns 0 if the array of terms or rows is full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -359,8 +359,8 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
 }
-/* Returns the specific reason for refusing a degenerate motion, or `refusal` if no specific reason
- * applies. Rounding errors in the initial state are tolerated. */
+/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
+ * Rounding errors in the initial state are tolerated. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,

@@ -40,7 +40,8 @@ typedef struct kr_torus_form {
     double bound;                   /* the default bound of the certificate */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
     /* Returns 1 if the closed-form solution applies to the initial state of a checked scene with a
-     * body of this kind. A NULL pointer means that the solution applies to all initial states. */
+     * body of this kind. The function pointer is NULL if the solution applies to all initial
+     * states. */
     int (*suits)(const kr_scene *scene);
     /* Returns the size of the used part of a plan, in bytes. Copying this part suffices to copy the
      * plan. */
