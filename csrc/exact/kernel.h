@@ -204,7 +204,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* The longest time span for which products of doubles can be split exactly without overflow. */
+/* Without fused multiply-add, exact products with longer time spans would overflow. */
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */

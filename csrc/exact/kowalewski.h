@@ -14,7 +14,7 @@
 enum { SUM_S, SUM_T, SUM_P, SUM_Q, SUM_R, SUMS };
 enum { WIDE_MOST = 64 /* largest |k| */, SUM_ROWS = 768, SUM_TERMS = 4096 };
 
-/* A row of coefficients that have the same k1, and values of k2 that increase by two. */
+/* A row of coefficients with equal k1, in which k2 increases in steps of two. */
 typedef struct kr_sum_row {
     int k1, k2, count, imaginary;
 } kr_sum_row;
