@@ -7,7 +7,7 @@
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block of times, stored as one array per component. A block fits into the
+/* The states at a block of times, stored as one array per component. A block fits into the
  * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
@@ -80,9 +80,9 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Replaces each state whose time is too late for the vectorized code with the result of
- * state_beyond. Because late times are rare, a branch-free loop first checks whether a block
- * contains any. */
+/* Replaces the states for times that are too late for the vectorized code. The function
+ * state_beyond computes the new states. Because late times are rare, a branch-free loop first
+ * checks whether a block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,8 +1,8 @@
-/* Closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops and for torque-free
- * bodies, as the method `exact`. The method needs no intermediate steps, its error does not grow
- * with time, and it conserves all integrals. Each step extends to the next requested time, however
- * far away that time is. The default step size is the nutation period or, for motions on a torus,
- * the period of the first torus angle. The solution for Lagrange tops follows Klein and Sommerfeld
+/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
+ * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
+ * time, and it conserves all integrals. Each step extends to the next requested time, however far
+ * away that time is. The default step size is the nutation period or, for motions on a torus, the
+ * period of the first torus angle. The solution for Lagrange tops follows Klein and Sommerfeld
  * (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution for
  * Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
  * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */

@@ -196,8 +196,8 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
 }
 /* Computes the averages of the integrands over an arc. The number of intervals is doubled until no
  * average changes by more than the rounding error of a double. Convergence is exponential, so the
- * last average is accurate to about twice as many digits. Returns 0 if the averages do not converge
- * with GRID intervals. */
+ * error of the last average is about the square of its last change. Returns 0 if the averages do
+ * not converge with GRID intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {

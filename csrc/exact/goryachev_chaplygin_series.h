@@ -5,9 +5,8 @@
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
  * term divides it by its frequency, a sum or difference of multiples of the two rates. Terms with a
- * frequency close to zero are instead integrated from the initial time (kr_slow_term). The error of
- * a slow term grows linearly with time, but more slowly than the effect of rounding the initial
- * state.
+ * frequency close to zero are integrated from the initial time (kr_slow_term). The error of a slow
+ * term grows linearly with time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -108,8 +107,8 @@ static int count_terms(const double v[], int M, double scale)
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count + count % 2;
 }
-/* Finds the x in [0, pi] that corresponds to the angle alpha, by bracketed Newton iteration. Writes
- * the sine and cosine of x/2. */
+/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle alpha.
+ * Writes the sine and cosine of x/2. */
 static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
                           double *s, double *c)
 {

@@ -131,8 +131,8 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at time t. If `dual` is nonzero, the series are in the dual nome, with
- * hyperbolic functions in place of sine and cosine. Jacobi's transformation adds a phase that is
+/* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
+ * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
  * proportional to the phase of the nutation. For torque-free bodies (`euler`), theta4 takes the
  * place of theta2 in beta. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)

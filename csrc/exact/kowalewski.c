@@ -97,7 +97,7 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
 /* Computes the theta sums, or the dual sums if `dual` is nonzero, and the error certificate. The
  * function analyse_curve must be called first. Writes an error estimate that excludes the error of
  * the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or the reason
- * for the refusal. */
+ * why the motion is refused. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
 {

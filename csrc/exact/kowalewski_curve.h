@@ -189,8 +189,8 @@ typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
 
-/* Returns q^2 (w1 - e)(e - w2), where e is root i and an end of an arc. With A^2 = 2 (e + h), B^2 =
- * e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
+ * + h), B^2 = e^2 + c and A B = l, this is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
 static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
@@ -204,10 +204,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Computes accurate distances from the ends of the arcs iteratively, starting from approximate
- * ones. The array `product` contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each
- * arc. The equations for the distances are solved in the order that gives the fastest
- * convergence. */
+/* Refines approximate distances from the ends of the arcs by iteration. The array `product`
+ * contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The equations for the
+ * distances are solved in the order that gives the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -271,7 +270,7 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     set_differences(o, arc);
 }
 /* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
- * are needed, because singularities close to an end of the arc differ little from 1 or -1. */
+ * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
@@ -388,8 +387,8 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     const dd down = dd_sub(o->root[arc->low], o->root[1]);
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
-/* Chooses the scale of an arc for which its averages converge fastest. The argument `scale` is the
- * optimal scale if all branch points are real. */
+/* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
+ * `scale` is the optimal scale if all branch points are real. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);

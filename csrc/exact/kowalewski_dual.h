@@ -161,7 +161,7 @@ static int scale_dual_terms(dual_work *d)
     return d->wide[0] * first < 1380.0 && d->wide[1] * second < 1380.0 &&
            d->lift + first + second < 340.0;
 }
-/* Lists the terms that are not negligible everywhere on the torus. Returns 0 if there are too many
+/* Lists the terms that are significant at some point of the torus. Returns 0 if there are too many
  * terms, or if a term would overflow. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {

@@ -40,7 +40,7 @@ static cx root_of(const kowalewski_curve *o, int i)
     if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
     return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
 }
-/* Returns root i minus root j without cancellation. */
+/* Returns root i minus root j, computed without cancellation. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
@@ -260,7 +260,7 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds a multiple of the normalized integral over a path to b. The integral is taken on the sheet
+/* Adds to b a multiple of the normalized integral over a path. The integral is taken on the sheet
  * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path starts at the root with
  * index `from` and leads to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],

@@ -126,7 +126,7 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading plus integer multiples of half the rates of the torus angles.
+/* Returns the rate of the heading, corrected by integer multiples of half the torus angles' rates.
  * These integers are found from the initial rate of A = S + T or of B = S - T, whichever is larger.
  * Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
@@ -375,7 +375,7 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
     return refusal;
 }
 /* Computes the roots, arcs, periods, samples and rates that determine the theta sums. Returns
- * KR_KOWALEWSKI_PLANNED on success, or the reason for the refusal. */
+ * KR_KOWALEWSKI_PLANNED on success, or the reason why the motion is refused. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;

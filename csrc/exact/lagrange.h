@@ -190,8 +190,7 @@ static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *
     }
     return mean;
 }
-/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the quotient T of K' and
- * K. */
+/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the ratio T of K' to K. */
 typedef struct arguments {
     wide y1, y2, T;
 } arguments;

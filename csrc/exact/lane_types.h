@@ -6,7 +6,7 @@
  * with time are double-doubles, so that the errors of states do not grow. The common denominator
  * theta4(X) cancels, because q is normalized.
  *
- * This header is compiled for each instruction set with and without KR_EXACT_LANES. With
+ * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
  * lane is bitwise equal to that of the scalar code. If lanes take different branches, both branches
  * are computed, and each lane selects its own result. A loop runs until all lanes are finished,
@@ -29,7 +29,7 @@
  * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* Counterparts of the types of kreisel.h and layout.h with one lane per top. */
+/* Counterparts, with one lane per top, of the types in kreisel.h and layout.h. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;

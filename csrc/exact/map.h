@@ -1,5 +1,5 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on an elliptic curve like
- * that of the continuous motion, at equally spaced phases. A link is a pair of consecutive states.
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie at equally spaced phases
+ * on an elliptic curve like that of the continuous motion. A link is a pair of consecutive states.
  * In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).

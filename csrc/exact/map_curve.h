@@ -163,7 +163,7 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, the distance of the third root from the pole, without cancellation. */
+/* Returns u3 - 1, the distance of the third root from the pole, computed without cancellation. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
@@ -178,7 +178,7 @@ typedef struct half_stride {
     dd sn2, cn2, dn2;
 } half_stride;
 
-/* Sets the modulus, the periods and the phase increment eta per step, from the roots of the
+/* Computes the modulus, the periods and the phase increment eta per step from the roots of the
  * cubic. */
 static half_stride set_periods(const map_link *k, map_curve *r)
 {
@@ -204,8 +204,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. Also sets 1 + u2 and 1 - u1, the distances between the
- * extreme heights and the poles. */
+ * elliptic integrals of the first kind. The distances 1 + u2 and 1 - u1 between the extreme heights
+ * and the poles are set as well. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;

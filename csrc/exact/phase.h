@@ -5,10 +5,10 @@
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* The functions factors_of_kind and factors_at write alpha, beta and the horizontal momentum as
- * real and imaginary parts, including their phase factors. The values are computed before q is
- * normalized and the frame is applied. The function factors_of_kind requires that all lanes have
- * series of the same kind, whereas factors_at does not. */
+/* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
+ * and the horizontal momentum. The phase factors are included, but q is not yet normalized and the
+ * frame is not yet applied. The function factors_of_kind requires that all lanes have series of the
+ * same kind, whereas factors_at does not. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {

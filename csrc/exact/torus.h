@@ -24,7 +24,7 @@ typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
-    /* Returns the state at two given torus angles, like kr_kowalewski_state_at. */
+    /* Returns the state for two given torus angles, like kr_kowalewski_state_at. */
     kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
 /* Evaluates many states, one in each vector lane. */

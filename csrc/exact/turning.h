@@ -30,7 +30,7 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "loops",   "cusps",      "waves"};
 
 /* Returns the nutation angle for the height u, given 1 - u and 1 + u. Distances of at most 2e-36
- * count as zero, because `sharpen` replaces smaller distances by 1e-36. */
+ * count as zero, because `sharpen` replaces smaller distances with 1e-36. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -67,7 +67,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest position. */
+/* Writes the first times t >= 0 at which the axis reaches its lowest and its highest position. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
