@@ -1,6 +1,6 @@
 /* Even periodic functions of an angle, sampled at equal intervals. This header provides a table of
- * cosines in double-double, and integrates sampled functions. The trapezoidal rule converges
- * exponentially for analytic periodic functions.
+ * cosines in double-double precision and functions that integrate samples. The trapezoidal rule
+ * converges exponentially for analytic periodic functions.
  *
  * This header is compiled once for each instruction set. The including file must define GRID, the
  * largest number of intervals between 0 and pi. */

@@ -69,7 +69,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the larger of the relative errors of the energy and of <m, e3> of a state. */
+/* Returns the relative error of a state's energy or of its <m, e3>, whichever is larger. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);

@@ -47,7 +47,8 @@ static cx eighth_turn(int n)
     const double c[8] = {1.0, half, 0.0, -half, -1.0, -half, 0.0, half};
     return cx_of(c[n & 7], c[(n + 6) & 7]);
 }
-/* Returns the factor of the term k1, k2 in class i of a sum, which is a root of unity or zero. */
+/* Returns the factor of the term k1, k2 in class i of a sum; the factor is a root of unity or
+ * zero. */
 static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1, int k2)
 {
     const int pairs = has_pairs(kind), one = 2 * b->half[0][i], two = 2 * b->half[1][i];
@@ -217,7 +218,7 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds a term to every linear combination in which it occurs, at the selected samples. */
+/* At the selected samples, adds a term to every linear combination in which it occurs. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {

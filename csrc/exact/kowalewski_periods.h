@@ -1,5 +1,6 @@
-/* The matrix B and the vector b of the theta functions of a Kowalewski top, in doubles. Both are
- * integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two arcs.
+/* The matrix B and the vector b of the theta functions of a Kowalewski top, in double precision.
+ * Both are integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two
+ * arcs.
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles

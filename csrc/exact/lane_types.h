@@ -48,7 +48,7 @@ typedef struct theta_lanes {
 typedef struct phase_lanes {
     wide fast, slow, start, more;
 } phase_lanes;
-/* A kr_exact_form with one lane per top, without the members `framed` and `frame`. */
+/* A kr_exact_form with one lane per top, but without the members `framed` and `frame`. */
 typedef struct exact_lanes {
     wide period, precession, spin, begin, curve;
     phase_lanes nutation, first, second;

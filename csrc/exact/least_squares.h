@@ -1,6 +1,6 @@
-/* Solves small dense least-squares problems in doubles by Householder QR factorization with column
- * pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the longest
- * one is treated as zero. */
+/* Solves small dense least-squares problems in double precision by Householder QR factorization
+ * with column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times
+ * the longest one is treated as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>

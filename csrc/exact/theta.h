@@ -52,7 +52,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
-/* Returns agm(a, b) in doubles. */
+/* Returns agm(a, b) in double precision. */
 static inline wide elliptic_agm(wide a, wide b)
 {
     for (int i = 0; i < 40; i++) {
