@@ -65,8 +65,8 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the root of phi that is farthest from the other two. Newton's method, started beyond all
- * roots, converges monotonically to this outermost root. */
+/* Returns the root of phi that is farthest from the other two. Started beyond all roots, Newton's
+ * method converges monotonically to the outermost root. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
@@ -233,7 +233,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * Together with product_at_end, these two products determine the distances to full precision. */
+ * Both products, together with the result of product_at_end, determine the distances to full
+ * precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -299,7 +300,7 @@ static int line_of(cdd c)
 }
 /* Returns the smallest sinh |Im x| of all singularities. The values `height` and `crosswise`
  * describe the nearest singularity that a Landen transformation can remove. If no singularity can
- * be removed, sets `crosswise` to -1. */
+ * be removed, `crosswise` is set to -1. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;

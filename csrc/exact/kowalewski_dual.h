@@ -6,9 +6,9 @@
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * Linear combinations of the classes have fewer terms than the classes, so the constants of these
- * combinations are fitted. Poisson summation is exact. The rules that assign classes and signs to
- * terms were found numerically and have not been proved (kowalewski_theta.h). The study
+ * The constants of linear combinations of the classes are fitted, because these combinations have
+ * fewer terms. Poisson summation is exact. The rules that assign classes and signs to terms were
+ * found numerically and have not been proved (kowalewski_theta.h). The study
  * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
  * of separatrix.
  *

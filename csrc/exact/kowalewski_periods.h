@@ -25,8 +25,9 @@ enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u *
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
- * + b cos^2. The coefficient `A` belongs to w minus its value at the start of the path. The member
- * `across` is the product A E. The tolerance `settled` is either SETTLED or WELL_SETTLED. */
+ * + b cos^2. The coefficient `A` describes the deviation of w from its value at the start of the
+ * path. The member `across` is the product A E. The tolerance `settled` is either SETTLED or
+ * WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
     cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
@@ -107,9 +108,9 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* The segment of a path over which an integral extends. If `all` is nonzero, the segment is the
- * whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2) =
- * `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
+/* The segment of a path over which a function is integrated. If `all` is nonzero, the segment is
+ * the whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2)
+ * = `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
  * cot^2(x/2) = `most`. */
 typedef struct path_part {
     int all, backwards;

@@ -90,7 +90,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* The ratio S/T = x/y can be computed by two formulas. The terms of the first one vanish
+        /* The ratio S/T = x/y can be computed from two formulas. The terms of the first one vanish
          * where y[5] = -1, and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
@@ -388,7 +388,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
-    /* The formulas for the initial state divide by the distances between branch points. */
+    /* The formulas for the initial state contain divisions by the distances between branch
+     * points. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     if (!is_on_arcs(o, top->state)) return unresolved;

@@ -22,7 +22,7 @@
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. Writing e for each root of phi,
+/* The kinds of curves, classified by the order of the real roots. With e denoting a root of phi,
  * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 

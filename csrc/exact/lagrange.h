@@ -294,8 +294,8 @@ static inline dd phase_at_start(const turning *r, wide mean)
 /* Sets the initial phases of the nutation, of alpha and of beta. The phase of the horizontal
  * momentum is the sum of the phases of alpha and beta. Only two of the three phases are computed
  * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
- * is less accurate when the momentum is nearly vertical. Relative to their maxima, the momentum
- * must exceed the smaller of alpha and beta by a factor of two for its phase to be used. */
+ * is less accurate when the momentum is nearly vertical. The phase of the momentum is used only if
+ * the momentum is large compared with alpha or beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
