@@ -240,7 +240,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of the step size would underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of the step size could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

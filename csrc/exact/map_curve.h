@@ -91,9 +91,9 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* Computes the roots of P by expanding it about the value s0 of the first step. Newton's method
- * yields the isolated root. The other two roots solve a quadratic equation, and are computed
- * without cancellation. */
+/* Computes the roots of the cubic P from its expansion about the value s0 of the first step.
+ * Newton's method yields the isolated root. The other two roots solve a quadratic equation, and are
+ * computed without cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {

@@ -7,7 +7,7 @@
 #include "kernel.h"
 #include "torus.h"
 
-/* Returns a phase of a plan [turns] at the time `span` after the initial time. */
+/* Returns a phase of a closed-form solution [turns] at the time `span` after the initial time. */
 INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];
