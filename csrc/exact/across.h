@@ -1,9 +1,10 @@
 /* Conversion of a scene to the axes and units used by the closed-form solutions of Kowalewski and
  * Goryachev-Chaplygin tops. Kowalewski and Goryachev-Chaplygin tops have two equal principal
- * moments of inertia. The third principal axis is called distinct, and the centre of mass lies in
- * the plane of the other two axes. Axis 3 of the closed-form solution is the distinct principal
- * axis. Axis 1 passes through the centre of mass, and `side` and the sign of gravity determine its
- * direction. The units are such that mass * |gravity| * |com| = 1.
+ * moments of inertia. The principal axis whose moment differs from the two equal ones is called the
+ * distinct axis. The centre of mass lies in the plane perpendicular to the distinct axis. Axis 3 of
+ * the closed-form solution is the distinct principal axis. Axis 1 passes through the centre of
+ * mass; its direction depends on `side` and on the sign of gravity. The units are such that mass *
+ * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H

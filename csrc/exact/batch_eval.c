@@ -1,13 +1,13 @@
-/* Evaluates a closed-form solution at many times, in blocks whose loops compilers can vectorize.
- * This file is compiled once for each instruction set, with loop vectorization and with options
- * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
+/* Evaluates a closed-form solution at many times, processing blocks of times in vectorizable loops.
+ * This file is compiled once for each instruction set. CMakeLists.txt enables loop vectorization
+ * and sets flags such as -DKR_ISA=avx2 -mavx2 -mfma. */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block of times, stored as one array per component. A block fits into the
+/* The states at a block of times, stored as one array per component. A block fits into the
  * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
@@ -38,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. If the states do not fit in the cache, bypassing it is faster,
- * because ordinary stores first read each cache line. */
+/* `stream` bypasses the cache. Bypassing the cache is faster for large arrays, because ordinary
+ * stores first read each cache line. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -80,8 +80,9 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Replaces the states at times that are too late for the vectorized code. Because late times are
- * rare, a branch-free loop first checks whether a block contains any. */
+/* Replaces the states for times that are too late for the vectorized code. The function
+ * state_beyond computes the new states. Because late times are rare, a branch-free loop first
+ * checks whether a block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,6 +1,6 @@
 /* Set-up of closed-form solutions for many tops at once. Each vector lane processes one heavy top,
- * and its results are bitwise identical to those of the scalar code (lane_types.h). All other tops
- * are processed one by one, for example torque-free bodies and vertical tops at rest. This file is
+ * and its results are bitwise identical to those of the scalar code (lane_types.h). Other tops,
+ * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
  * compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
@@ -122,9 +122,9 @@ static double larger(double a, double b) { return a > b ? a : b; }
 /* Predicts whether the largest root of the cubic, u3, is isolated from the other two. The guess
  * uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Grouping tops by the predicted branch saves most vectors from computing both branches. A wrong
- * prediction costs time but does not change the results. The unit of the momentum `m` is the user's
- * unit of inertia divided by the internal unit of time. */
+ * Tops with the same predicted branch are grouped, so that most vectors compute only one branch. A
+ * wrong prediction costs time but does not change the results. The unit of the momentum `m` is the
+ * user's unit of inertia divided by the internal unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -145,7 +145,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Larger exponents could overflow or underflow. */
+    /* Exponents beyond 1000 could cause overflow or underflow. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -205,7 +205,7 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns a mask of the heavy tops whose axis is tilted or moves fast enough for the vectorized
+/* Returns a mask of the heavy tops whose tilt or momentum is large enough for the vectorized
  * set-up. The threshold is stricter than that of kr_exact_resolves, which therefore need not be
  * called. */
 INLINE mask is_moving(const exact_top *top)
@@ -251,7 +251,8 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request for many tops, and the scalar functions to process some of them one by one. */
+/* A request for many tops, and the scalar functions for tops that must be processed
+ * individually. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;
@@ -261,8 +262,8 @@ typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Extracts the closed-form solution of a single top from those of its group. The top has the index
- * `place` in the queue. */
+/* Extracts the closed-form solution of a single top from those of its group. The argument `place`
+ * is the index of this top in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;

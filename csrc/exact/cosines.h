@@ -1,6 +1,6 @@
 /* Even periodic functions of an angle, sampled at equal intervals. This header provides a table of
- * cosines in double-double, and integrates sampled functions. The trapezoidal rule converges
- * exponentially for analytic periodic functions.
+ * cosines in double-double precision and functions that integrate samples. The trapezoidal rule
+ * converges exponentially for analytic periodic functions.
  *
  * This header is compiled once for each instruction set. The including file must define GRID, the
  * largest number of intervals between 0 and pi. */
@@ -42,7 +42,7 @@ static void integrate_samples(const dd v[], const cosine_table *table, int n, do
     for (int k = 1; k < n; k++) {
         const double sign = k % 2 ? -1.0 : 1.0;
         double sum = 0.5 * (v[0].hi + sign * v[GRID].hi);
-        /* The cosines of k x and k (pi - x) are equal up to the sign. The loop ends at pi/2, an
+        /* The values cos(k x) and cos(k (pi - x)) differ at most in sign. The loop ends at pi/2, an
          * angle that has no such partner. */
         for (int i = 1, at = k; i <= n / 2; i++) {
             const double pair =

@@ -43,7 +43,7 @@ void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[],
     }
     for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
 }
-/* The cast is valid under the aliasing rules described in layout.h. */
+/* The aliasing rules described in layout.h permit the cast from kr_exact to kr_exact_form. */
 static const kr_exact_form *form_of(const kr_exact *exact)
 {
     return (const kr_exact_form *)(const void *)exact;

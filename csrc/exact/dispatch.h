@@ -37,8 +37,8 @@ typedef struct kr_exact_request {
     kr_state *states;
     kr_status *status;
 } kr_exact_request;
-/* Processes a request (batch_setup.c). `one` contains the scalar functions, which process tops that
- * cannot be vectorized. */
+/* Processes a request (batch_setup.c). The member `one` holds the scalar functions for tops that
+ * the vectorized code cannot process. */
 typedef void kr_exact_batch(const kr_exact_scalar *one, const kr_exact_request *request);
 typedef struct kr_exact_batch_isa {
     const char *name;

@@ -1,8 +1,8 @@
 /* Set-up of the closed-form solution for a torque-free top. Let a (axis 3) be the principal axis
- * around which m circulates in the body frame. The moment of inertia about axis 3 is the largest or
- * the smallest of the three. In the axes of the solution, the angular momentum points along e3 and
- * the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The functions alpha and beta are
- * theta1 and theta4 in the square of the nome, with the common rate
+ * around which the angular momentum m circulates in the body frame. The moment of inertia about
+ * axis 3 is the largest or the smallest of the three. In the axes of the solution, the angular
+ * momentum points along e3 and the body axis a along -e3. In this frame u = -a.e3 = c dn(X). The
+ * functions alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are computed as sums of terms of equal sign (Jacobi
  * 1849; Whittaker, Dynamics, 69). This header is compiled once for each instruction set, because
@@ -79,9 +79,10 @@ static kr_quat rotation_to_e3(kr_vec3 m)
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Sets up rest, rotation about a principal axis, or any motion of a body with two equal moments of
- * inertia. Returns 0 if the body has three distinct moments and does not rotate about a principal
- * axis. `half_turn` is half the rate that an axial rotor adds to the rotation about axis 3. */
+/* Sets up the solution for a body that rests, rotates about a principal axis, or has two equal
+ * moments of inertia. Returns 0 if the body has three distinct moments and does not rotate about a
+ * principal axis. `half_turn` is half the rate that an axial rotor adds to the rotation about axis
+ * 3. */
 static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
                                 dd square, dd half_turn, kr_quat q, kr_quat left)
 {
@@ -124,8 +125,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part of the argument of both series is an
- * incomplete elliptic integral of the first kind. The largest value of |beta|, `above`, and that of
- * |alpha|, `below`, determine the scale factors of the series. */
+ * incomplete elliptic integral of the first kind. The largest values of |beta| (`above`) and
+ * |alpha| (`below`) determine the scale factors of the series. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -159,8 +160,8 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
 
 /* Returns the initial phase [turns]. The elliptic functions cn and sn are proportional to the
  * momentum components M1 and M2. Near the intermediate axis, where sn = +-1, the phase is measured
- * from this axis by sn(K - x) = cn/dn. A phase measured from another axis would be the difference
- * of two large times. */
+ * from this axis by sn(K - x) = cn/dn. Measured from another axis, the phase would be the
+ * difference of two large numbers. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;

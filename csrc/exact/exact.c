@@ -1,10 +1,11 @@
-/* Closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops and for torque-free
- * bodies, as the method `exact`. The method needs no intermediate steps, its error does not grow
- * with time, and it conserves all integrals. A step may be arbitrarily long, and ends at the next
- * requested time. The default step size is the period of the nutation, or of the first angle if the
- * motion lies on a torus. Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange
- * top; Jacobi (1849) for the free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski
- * top; Chaplygin (1901) for the Goryachev-Chaplygin top, except for its heading. */
+/* The method `exact`: closed-form solutions for Lagrange, Kowalewski and Goryachev-Chaplygin tops
+ * and for torque-free bodies. The method needs no intermediate steps, its error does not grow with
+ * time, and it conserves all integrals. Each step extends to the next requested time, however far
+ * away that time is. The default step size is the nutation period or, for motions on a torus, the
+ * period of the first torus angle. The solution for Lagrange tops follows Klein and Sommerfeld
+ * (Theorie des Kreisels), and that for free bodies follows Jacobi (1849). The solution for
+ * Kowalewski tops follows Kowalevski (1889) and Koetter (1893). The solution for
+ * Goryachev-Chaplygin tops follows Chaplygin (1901), except for the heading. */
 #include "dispatch.h"
 #include "method.h"
 #include "model/scene.h"

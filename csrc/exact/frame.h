@@ -22,13 +22,13 @@ static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the frame that interchanges up and down. */
+/* Writes the frame q -> -i q, which interchanges up and down. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Extends a frame by the conversion from working axes to the user's axes. `axes` must not be the
- * identity. If `framed` is 0, the frame is initialized with the identity. */
+/* Composes a frame with the conversion from working axes to the user's axes. `axes` must not be the
+ * identity. If `framed` is 0, the frame is initialized to the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

@@ -75,8 +75,8 @@ static void equalise_series(kr_angle_series angle[2])
     }
 }
 /* Returns half of the initial angle [turns] that corresponds to the separation variable u. Writes
- * the periodic part of the time at this angle to `time`, and sets the signs of the coefficients in
- * `e`. */
+ * the periodic part of the time at the initial angle to `time`. Sets the signs of the series
+ * coefficients in `e`. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -149,7 +149,7 @@ static int is_planar(const chaplygin_top *y)
     return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
            v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
-/* Returns the specific reason for refusing a degenerate motion, or `refusal` if no specific reason
+/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason
  * applies. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
                                         kr_chaplygin_refusal refusal)
@@ -242,8 +242,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the increase of the heading during the time `moment`, by 5-point Gauss quadrature of
- * L1/|L|^2. */
+/* Returns the increase of the heading over the time `moment`, computed by 5-point Gauss quadrature
+ * of L1/|L|^2. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
@@ -285,10 +285,11 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Returns an error estimate for a closed-form solution, called its certificate. The certificate is
- * the maximum of the truncation error, the error of a state near the initial time, and the rounding
- * error of the heading. The rounding error of the heading is inversely proportional to the smaller
- * rate of the two angles. The rates of the angles are small if the momentum is small. */
+/* Returns the certificate of a closed-form solution, which is an estimate of its error. The
+ * certificate is the maximum of the truncation error, the error of a state near the initial time,
+ * and the rounding error of the heading. The rounding error of the heading is inversely
+ * proportional to the rate of the slower angle. The rates of the angles are small if the momentum
+ * is small. */
 static double certify_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top, double tail,
                            kr_quat attitude)
 {

@@ -30,9 +30,9 @@ typedef struct kr_angle_series {
     double rate;       /* d angle/d tau */
     double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
-/* The terms of the heading series for one multiple of the first angle. A cosine and a sine
- * coefficient are stored for each multiple of the second angle, starting with the multiple
- * `from`. */
+/* The terms of the heading series for one multiple of the first angle. Each multiple of the second
+ * angle has a cosine and a sine coefficient. The member `from` is the index of the lowest multiple
+ * stored. */
 typedef struct kr_heading_row {
     int first, from, count; /* `first` is the index of the multiple; some multiples have no row */
 } kr_heading_row;

@@ -3,8 +3,8 @@
  *
  * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
  * towards the centre of mass if gravity is positive, and away from it otherwise. Axis 3 is the
- * distinct principal axis (moment 1/4), with the sign that makes G positive. With the momentum L in
- * the body frame, g = e3 in the body frame, and <L, g> = 0,
+ * distinct principal axis (moment 1/4), directed such that G is not negative. With the momentum L
+ * in the body frame, g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
  * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
@@ -46,8 +46,8 @@ typedef struct chaplygin_arc {
 } chaplygin_arc;
 
 /* Finds the roots of 2 u^3 - h u - G/2. The largest root is computed first, by Newton's method from
- * above, where the cubic is convex. Returns the discriminant of the other two roots, divided by the
- * square of the largest root. */
+ * above, where the cubic is convex. Returns the discriminant of the remaining quadratic factor,
+ * divided by four times the square of the largest root. */
 static double find_cubic_roots(dd h, dd G, dd root[3])
 {
     const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
@@ -102,8 +102,9 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Sets up the arc between two adjacent real roots. The lower root has the index `low` in ascending
- * order. The scale C keeps the neighbouring roots as far from the arc as possible. */
+/* Sets up the arc between two adjacent real roots. The argument `low` is the index of the lower
+ * root in ascending order. The scale C is chosen to keep the neighbouring roots as far from the arc
+ * as possible. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -195,8 +196,8 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
 }
 /* Computes the averages of the integrands over an arc. The number of intervals is doubled until no
  * average changes by more than the rounding error of a double. Convergence is exponential, so the
- * last average is accurate to about twice as many digits. Returns 0 if the averages do not converge
- * with GRID intervals. */
+ * error of the last average is about the square of its last change. Returns 0 if the averages do
+ * not converge with GRID intervals. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {
@@ -223,7 +224,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Evaluates the sine series with index `which` of an arc. */
+/* Evaluates one of the two sine series of an arc, selected by `which`. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

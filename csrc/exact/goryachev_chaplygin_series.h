@@ -5,9 +5,8 @@
  *
  * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integrating a
  * term divides it by its frequency, a sum or difference of multiples of the two rates. Terms with a
- * frequency close to zero are instead integrated from the initial time (kr_slow_term). The error of
- * a slow term grows linearly with time, but more slowly than the effect of rounding the initial
- * state.
+ * frequency close to zero are integrated from the initial time (kr_slow_term). The error of a slow
+ * term grows linearly with time, but more slowly than the effect of rounding the initial state.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
@@ -39,7 +38,7 @@ static double wave_at(const cosine_table *t, int M, int is_sine, int order, int 
               up = at <= 2 * M ? at : 4 * M - at;
     return t->c[up * (GRID / (2 * M))].hi;
 }
-/* Looks up exp(-i pi at/2M) in the table. */
+/* Looks up exp(-i pi j/2M) in the table, where j is the argument `at`. */
 static cx unit_at(const cosine_table *t, int M, int at)
 {
     return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
@@ -67,7 +66,7 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             }
         }
 }
-/* Replaces M + 1 samples, spaced by `stride` in memory, by their Fourier coefficients. Term k
+/* Replaces M + 1 samples, stored at intervals of `stride`, with their Fourier coefficients. Term k
  * contains the sine or cosine of k times the angle, or of k + 1/2 times the angle if `is_whole` is
  * 0. If `is_whole` is 0, symmetry halves the length of the discrete Fourier transform. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
@@ -108,8 +107,8 @@ static int count_terms(const double v[], int M, double scale)
     while (count > 1 && !(fabs(v[count - 1]) > 0x1p-53 * most)) count--;
     return count + count % 2;
 }
-/* Finds the x in [0, pi] that corresponds to the angle alpha, by bracketed Newton iteration. Writes
- * the sine and cosine of x/2. */
+/* Uses bracketed Newton iteration to find the x in [0, pi] that corresponds to the angle alpha.
+ * Writes the sine and cosine of x/2. */
 static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
                           double *s, double *c)
 {
@@ -216,7 +215,7 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Estimates the relative truncation error along each axis from the last eighth of the
+/* Estimates the relative truncation error in each of the two angles from the last eighth of the
  * coefficients. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
@@ -255,8 +254,8 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* Amplitudes and frequencies of a pair of terms of the heading rate. The frequencies are the sum
- * and the difference of two multiples of the angles' rates. */
+/* Amplitudes and frequencies of a pair of terms of the heading rate. The two frequencies are a
+ * multiple of the first angle's rate plus or minus a multiple of the second's. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

@@ -1,6 +1,6 @@
 /* State of a Goryachev-Chaplygin top at time t, computed from its closed-form solution. The code
- * evaluates a single time, or a different time in each vector lane. Single and vectorized
- * evaluations give bitwise equal results.
+ * computes the state at a single time, or at a different time in each vector lane. Single and
+ * vectorized evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
@@ -8,8 +8,8 @@
 #include "goryachev_chaplygin.h"
 #include "torus_state.h"
 
-/* Half of an angle [turns], with cosines and sines of its multiples. Element i of `c` or `s` is the
- * cosine or sine of i/2 times the angle. */
+/* Half of an angle [turns], and the cosines and sines of its multiples. Element i of `c` or `s` is
+ * the cosine or sine of i/2 times the angle. */
 typedef struct angle_lanes {
     dd half;
     wide c[5], s[5];
@@ -99,9 +99,8 @@ INLINE void sum_parts(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
     c[1] = finish_part(second, 0, &u, &a[1]);
     s[1] = finish_part(second, 1, &v, &a[1]);
 }
-/* Performs one Newton step for the periodic part of tau, starting from `slip`. The residual before
- * the step, an error in time, is written to `value`. Each series is truncated to its first `terms`
- * terms. */
+/* Performs one Newton step for the periodic part of tau, starting from `slip`. The error in time
+ * before the step is written to `value`. Each series is truncated to its first `terms` terms. */
 INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int terms, wide slip,
                          wide *value)
 {
@@ -121,12 +120,11 @@ INLINE wide improve_slip(const kr_chaplygin_plan *plan, const dd half[2], int te
                                      second->rate * finish_sum(&v, 0, 0, &b));
     return slip - *value / slope;
 }
-/* Returns the difference between tau and its mean value at the same time. The array `half` contains
- * half of each mean angle [turns]. The first Newton steps use truncated series. Later steps are
- * confined to a bracket, which exists because t increases monotonically with tau. A Newton step
- * longer than half the previous one is replaced by bisection. Newton's method could otherwise
- * alternate between two points on opposite sides of the solution. The two angles at the given time
- * are written to `a`. */
+/* Returns the slip, which is the periodic part of tau. The array `half` contains half of each mean
+ * angle [turns]. The first Newton steps use truncated series. Later steps are confined to a
+ * bracket, which exists because t increases monotonically with tau. A Newton step longer than half
+ * the previous one is replaced by bisection. Newton's method could otherwise alternate between two
+ * points on opposite sides of the solution. The two true angles are written to the array `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide high = wide_splat(plan->most_slip), low = -high, moved = 4.0 * high,
@@ -165,8 +163,9 @@ INLINE void turn_wave(const wide from[2], wide c, wide s, wide to[2])
     to[0] = from[0] * c - from[1] * s;
     to[1] = from[1] * c + from[0] * s;
 }
-/* Computes the cosines and sines by recurrences with a stride of four. Four independent recurrences
- * are faster than one, because each step of a recurrence depends on the previous steps. */
+/* Computes the cosines and sines of the multiples of the second angle by recurrences with a stride
+ * of four. Four independent recurrences are faster than one, because each step of a recurrence
+ * depends on the previous steps. */
 INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
                                heading_waves *wave)
 {
@@ -225,7 +224,7 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
-/* Returns sin x / x for |x| <= 1/2. The first omitted term is below 5e-17. */
+/* Returns sin x / x for |x| <= 1/2. The first omitted term of the Taylor series is below 5e-17. */
 INLINE wide sinc_of(wide x)
 {
     const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
@@ -253,8 +252,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`. The array `mean` contains half of each mean angle, and `elapsed` the
- * mean increase of tau since the initial time. */
+/* Returns the state at `time`. The array `mean` contains half of each mean angle. The argument
+ * `elapsed` is the mean increase of tau since the initial time. */
 INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
                                        wide elapsed)
 {

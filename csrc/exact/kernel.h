@@ -1,8 +1,8 @@
 /* Evaluates a closed-form solution at time t. The same code serves for a single time and for many
  * times. The kernel has no branches and calls no function other than sqrt, so compilers can
  * vectorize loops over times. Results are bitwise identical for all vector widths. This header is
- * compiled once for each instruction set, because the loop uses the vectors of that instruction
- * set. In the code, e denotes the closed-form solution, and a, b and h denote alpha, beta and the
+ * compiled once for each instruction set, so that its loops use the available vector instructions.
+ * In the code, e denotes the closed-form solution, and a, b and h denote alpha, beta and the
  * horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
@@ -131,8 +131,8 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Evaluates the theta series at time t. If `dual` is nonzero, the series are in the dual nome, with
- * hyperbolic functions in place of sine and cosine. Jacobi's transformation adds a phase that is
+/* Evaluates the theta series at time t. If `dual` is nonzero, the series use the dual nome, and
+ * hyperbolic functions replace the sine and cosine. Jacobi's transformation adds a phase that is
  * proportional to the phase of the nutation. For torque-free bodies (`euler`), theta4 takes the
  * place of theta2 in beta. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
@@ -204,7 +204,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* At later times, the exact product of two doubles would overflow without fused multiply-add. */
+/* Without fused multiply-add, exact products with longer time spans would overflow. */
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */

@@ -69,7 +69,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-/* Returns the larger of the relative errors of the energy and of <m, e3> at a state. */
+/* Returns the relative error of a state's energy or of its <m, e3>, whichever is larger. */
 static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
 {
     const kr_vec3 up = q_vertical(s->q), m = q_turn_back(s->q, s->m);
@@ -78,8 +78,8 @@ static double miss_of_integrals(const kr_state *s, const kowalewski_curve *o)
                  vertical = fabs(v_dot(m, up) - o->l.hi) / (1.0 + v_length(m));
     return fmax(energy, vertical);
 }
-/* Returns the largest error of the integrals of motion at many points on the torus. Near saddles,
- * the errors can be 1e4 times as large as those at the samples used for fitting. */
+/* Returns the largest error of the integrals of motion at many points on the torus. Near saddle
+ * points, the errors can be 1e4 times as large as at the samples used for fitting. */
 static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o)
 {
     double miss = 0.0;
@@ -97,7 +97,7 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
 /* Computes the theta sums, or the dual sums if `dual` is nonzero, and the error certificate. The
  * function analyse_curve must be called first. Writes an error estimate that excludes the error of
  * the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or the reason
- * for the refusal. */
+ * why the motion is refused. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
 {

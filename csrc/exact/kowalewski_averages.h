@@ -18,7 +18,7 @@ typedef struct heading_pole {
     int close;      /* 1 if the quotient at the arc's end is inaccurate, because the pole is near */
 } heading_pole;
 
-/* Returns root i minus the pole w without cancellation. */
+/* Returns root i minus the pole w, computed without cancellation. */
 static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
@@ -28,7 +28,8 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles to be treated separately on an arc, and returns their number. */
+/* Finds the poles that contribute to the heading's integrand on an arc, and returns their
+ * number. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -57,7 +58,7 @@ typedef struct samples {
     double size[3];
 } samples;
 
-/* Returns the integrand of the heading for positive l, after subtracting the poles. */
+/* Returns the heading's integrand for positive l, with the poles subtracted. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
                        dd N, dd D, dd R, dd slope)
 {
@@ -101,9 +102,9 @@ static void mend_end(samples *v, int end, int stride)
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
 /* Averages the integrands over an arc. The number of intervals is doubled until each average
- * changes by at most the rounding error of a double. Convergence is exponential, so the last
- * average is accurate to about twice as many digits. Returns 0 if the averages do not converge with
- * GRID intervals. */
+ * changes by at most the rounding error of a double. Convergence is exponential, so the error of
+ * the last average is about the square of its last change. Returns 0 if the averages do not
+ * converge with GRID intervals. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {

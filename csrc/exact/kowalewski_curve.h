@@ -65,8 +65,8 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the root of phi that is farthest from the other two. Newton's method converges
- * monotonically to this root from a point beyond all roots. */
+/* Returns the root of phi that is farthest from the other two. Started beyond all roots, Newton's
+ * method converges monotonically to the outermost root. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
@@ -133,10 +133,11 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 /* Returns the i-th real root in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* An accurate difference between a root e of phi and a nearby root a = k or -k. Since a^2 + c = 1
- * and e^2 + c = l^2/(2 (e + h)),
+/* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k.
+ * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * `resolution` measures the loss of digits by cancellation in the smallest factor. */
+ * The member `resolution` measures the loss of digits by cancellation in the smallest of the three
+ * factors. */
 typedef struct close_roots {
     int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
@@ -188,8 +189,8 @@ typedef struct arc_gaps {
     dd up, down, below;
 } arc_gaps;
 
-/* Returns q^2 (w1 - e)(e - w2), where e is root i and an end of an arc. With A^2 = 2 (e + h), B^2 =
- * e^2 + c and A B = l, this is the square of
+/* Returns q^2 (w1 - e)(e - w2), where the root e with index i is an end of an arc. With A^2 = 2 (e
+ * + h), B^2 = e^2 + c and A B = l, this is the square of
  *     A (p^2 + q^2 - e)/2 + B p   for a root of phi, and of Re z (separate) for -k. */
 static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
 {
@@ -203,9 +204,9 @@ static dd product_at_end(const kowalewski_curve *o, int i, dd p, dd q, dd re_z)
         A = dd_div(o->l, B);
     return dd_square(dd_add(dd_half(dd_mul(A, size)), dd_mul(B, p)));
 }
-/* Computes accurate distances from the ends of the arcs iteratively, starting from approximate
- * ones. The array `product` contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each
- * arc. The equations are solved in the order in which the iteration converges fastest. */
+/* Refines approximate distances from the ends of the arcs by iteration. The array `product`
+ * contains (k - w1)(k - w2), and (w1 - e)(e - w2) for an end e of each arc. The equations for the
+ * distances are solved in the order that gives the fastest convergence. */
 static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps *gap)
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -232,7 +233,8 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * Together with product_at_end, these equations determine the distances to full precision. */
+ * Both products, together with the result of product_at_end, determine the distances to full
+ * precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -269,7 +271,7 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     set_differences(o, arc);
 }
 /* The complex singularities of the integrands of an arc, stored as values of cos x. Double-doubles
- * are needed, because singularities close to an end of the arc differ little from 1 or -1. */
+ * are needed, because cos x is close to 1 or -1 for singularities near an end of the arc. */
 typedef struct singularities {
     int count;
     cdd cosine[ROOTS + 1 + FOLDS];
@@ -296,9 +298,9 @@ static int line_of(cdd c)
     const cx u = crosswise ? sine : cosine;
     return fabs(u.im) > 1e-6 * fabs(u.re) ? -1 : crosswise;
 }
-/* Returns the smallest sinh |Im x| of all singularities. Also finds the singularity nearest to the
- * real axis that a Landen transformation can remove. If no singularity can be removed, sets
- * `crosswise` to -1. */
+/* Returns the smallest sinh |Im x| of all singularities. The values `height` and `crosswise`
+ * describe the nearest singularity that a Landen transformation can remove. If no singularity can
+ * be removed, `crosswise` is set to -1. */
 static double find_nearest(const singularities *v, dd *height, int *crosswise)
 {
     double least = INFINITY;
@@ -326,10 +328,10 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     }
     return v;
 }
-/* Moves the singularities by a Landen transformation of modulus m. Let u be the cosine of x, or the
- * sine if `crosswise` is nonzero, and v the same function of the new variable. Then m u v^2 - (1 +
- * m) v + u = 0. The transformation removes a singularity u where both solutions v coincide. The
- * transformation adds a singularity at v = 1/m. */
+/* Moves the singularities by a Landen transformation of modulus m. Let u be cos x, or sin x if
+ * `crosswise` is nonzero, and let v be the same function of the new variable. Then m u v^2 - (1 +
+ * m) v + u = 0. The transformation removes a singularity u if both solutions v of this equation
+ * coincide. The transformation adds a singularity at v = 1/m. */
 static singularities move_singularities(const singularities *from, dd m, int crosswise)
 {
     const dd plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
@@ -354,8 +356,8 @@ static dd modulus_for(dd height)
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
 /* Chooses Landen transformations that move singularities away from an arc. Each transformation
- * removes a singularity near the real axis, and about halves the distances of the other
- * singularities. Returns sinh |Im x| of the nearest remaining singularity. */
+ * removes one singularity near the real axis, but brings the others about twice as close. Returns
+ * sinh |Im x| of the nearest remaining singularity. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -386,8 +388,8 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     const dd down = dd_sub(o->root[arc->low], o->root[1]);
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
-/* Chooses the scale of an arc for which its averages converge fastest. The argument `scale` is the
- * best value if all branch points are real. */
+/* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
+ * `scale` is the optimal scale if all branch points are real. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);

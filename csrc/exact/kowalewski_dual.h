@@ -6,10 +6,11 @@
  * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
  * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * Linear combinations of the classes have fewer terms, so the constants of these combinations are
- * fitted. Poisson summation is exact. The rules for classes and signs were found numerically and
- * have not been proved (kowalewski_theta.h). The study validation/studies/torus_edges.py compares
- * states with 30-digit solutions near every known kind of separatrix.
+ * The constants of linear combinations of the classes are fitted, because these combinations have
+ * fewer terms. Poisson summation is exact. The rules that assign classes and signs to terms were
+ * found numerically and have not been proved (kowalewski_theta.h). The study
+ * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
+ * of separatrix.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_DUAL_H
@@ -46,7 +47,8 @@ static cx eighth_turn(int n)
     const double c[8] = {1.0, half, 0.0, -half, -1.0, -half, 0.0, half};
     return cx_of(c[n & 7], c[(n + 6) & 7]);
 }
-/* Returns the factor of the term k1, k2 in class i of a sum, which is a root of unity or zero. */
+/* Returns the factor of the term k1, k2 in class i of a sum; the factor is a root of unity or
+ * zero. */
 static cx factor_of_class(const dual_basis *b, int kind, int sum, int i, int k1, int k2)
 {
     const int pairs = has_pairs(kind), one = 2 * b->half[0][i], two = 2 * b->half[1][i];
@@ -95,7 +97,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Classes with different shifts cannot be combined. */
+                    /* Classes whose lattices have different shifts cannot be combined. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -124,8 +126,8 @@ static cx factor_of(const dual_basis *b, int which, const dual_term *n)
 {
     return b->factor[which][n->k1 & 7][n->k2 & 7];
 }
-/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over angles theta between -2 pi
- * and 2 pi. */
+/* Returns the minimum of (theta - 2 pi k) B^-1 (theta - 2 pi k)/2 over all theta with components
+ * between -2 pi and 2 pi. */
 static double distance_to_cell(const double bend[3], double k1, double k2)
 {
     /* With theta = 2 pi x, |x| <= 1. The minimum is found by alternating minimization over the two
@@ -160,7 +162,7 @@ static int scale_dual_terms(dual_work *d)
     return d->wide[0] * first < 1380.0 && d->wide[1] * second < 1380.0 &&
            d->lift + first + second < 340.0;
 }
-/* Lists the terms that are not negligible everywhere on the torus. Returns 0 if there are too many
+/* Lists the terms that are significant at some point of the torus. Returns 0 if there are too many
  * terms, or if a term would overflow. */
 static int list_dual_terms(const kowalewski_matrix *m, dual_work *d)
 {
@@ -216,7 +218,7 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* Adds a term to every linear combination in which it occurs, at the selected samples. */
+/* At the selected samples, adds a term to every linear combination in which it occurs. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {

@@ -1,12 +1,14 @@
-/* The matrix B and the vector b of the theta functions of a Kowalewski top, in doubles. Both are
- * integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two arcs.
+/* The matrix B and the vector b of the theta functions of a Kowalewski top, in double precision.
+ * Both are integrals of v = M^-1 (dw/F, w dw/F), where the elements of M are the periods of the two
+ * arcs.
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
- *        w^2 = k^2 - 1 of the heading, where F = i l. Here b is determined only up to rows of B/2.
- * A path leads from a root at x = 0 towards another root at x = pi. On a path, w = N/D as on the
- * arcs, but the coefficients are complex. Each path is therefore an arc of a circle or a segment of
- * a straight line.
+ *        w^2 = k^2 - 1 of the heading, where F = i l. The integrals determine b only up to the
+ *        addition of rows of B/2.
+ * A path leads from a root at x = 0 towards another root at x = pi. On a path, w = N/D has the same
+ * form as on the arcs, but with complex coefficients. Each path is therefore an arc of a circle or
+ * a segment of a straight line.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
@@ -15,15 +17,17 @@
 
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
-/* Relative change between two refinements below which an integral is considered converged. The
- * error at SETTLED is usually negligible, but may reach 1e-12 if a weak singularity is close to the
- * path. The error at WELL_SETTLED is a rounding error. */
+/* An integral counts as converged if a refinement changes it by less than SETTLED or WELL_SETTLED,
+ * relative to its size. With the limit SETTLED, the error may reach 1e-12 if a weak singularity is
+ * close to the path, and is otherwise negligible. With the limit WELL_SETTLED, only rounding errors
+ * remain. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
 /* A path. For each of the `count` branch points that are not ends of the path, N - root D = a sin^2
- * + b cos^2. The coefficient `A` refers to w minus its value at the start of the path, and `across`
- * is A E. The tolerance `settled` is either SETTLED or WELL_SETTLED. */
+ * + b cos^2. The coefficient `A` describes the deviation of w from its value at the start of the
+ * path. The member `across` is the product A E. The tolerance `settled` is either SETTLED or
+ * WELL_SETTLED. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS];
     cx near[OTHERS], near_d;           /* reference points for the signs of square roots */
@@ -38,7 +42,7 @@ static cx root_of(const kowalewski_curve *o, int i)
     if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
     return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
 }
-/* Returns root i minus root j without cancellation. */
+/* Returns root i minus root j, computed without cancellation. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
     const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
@@ -46,9 +50,9 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
     return cx_of(re.hi + 0.0, im); /* not -0 */
 }
-/* Returns the point nearest to zero on the segment from a to b. Every point of the segment, divided
- * by the result, has a positive real part. For accuracy, the calculation starts from the end with
- * the smaller magnitude. */
+/* Returns the point nearest to zero on the segment from a to b. The quotient of any point of the
+ * segment and the returned point has a positive real part. For accuracy, the calculation starts
+ * from the endpoint that is closer to zero. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const int swap = cx_square(b) < cx_square(a);
@@ -70,7 +74,7 @@ static void finish_path(kowalewski_path *p, double end)
     p->near_d_root = cx_sqrt(p->near_d);
     p->scale = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
 }
-/* Returns the path from root i to root j with the coefficients C and E. */
+/* Returns the path from root i to root j, given the coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E, .settled = o->settled};
@@ -104,9 +108,9 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* The segment of a path over which an integral extends. If `all` is nonzero, the segment is the
- * whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2) =
- * `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
+/* The segment of a path over which a function is integrated. If `all` is nonzero, the segment is
+ * the whole path. Otherwise, the segment begins at the start of the path and ends where tan^2(x/2)
+ * = `most`. If `backwards` is nonzero, the segment begins at the end of the path and ends where
  * cot^2(x/2) = `most`. */
 typedef struct path_part {
     int all, backwards;
@@ -200,8 +204,8 @@ typedef struct kowalewski_matrix {
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
 /* Returns the path from real root i to the complex root in the upper half plane. In the variable z
  * = (w - real)/(w - complex), the path is a ray. The map to z takes the upper half plane to the
- * outside of a circle through 0. The ray leads away from the centre of the circle, at angles of at
- * least pi/2 from all other branch points. */
+ * outside of a circle through 0. The ray leads away from the centre of the circle, so its angle to
+ * every other branch point is at least pi/2. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -258,9 +262,9 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds a multiple of the normalized integral over a path to b. The sign of the integral refers to
- * the sheet on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path leads from
- * root `from` to a pole. */
+/* Adds to b a multiple of the normalized integral over a path. The integral is taken on the sheet
+ * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path starts at the root with
+ * index `from` and leads to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -281,7 +285,7 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path that starts at a root and ends at this root plus `way`. */
+/* Returns the straight path that leads from a root e to the point e + way. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx way)
 {
     kowalewski_path p = {
@@ -319,9 +323,9 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds to b the integrals to the complex pole i y and to its conjugate, which are equal. The path
- * is part of the circle through a complex root, the pole i y and the conjugate root. If all roots
- * are real, the path is the straight line from the root nearest to zero. */
+/* Adds to b the two equal integrals that lead to the complex pole i y and to its conjugate. The
+ * path is part of the circle through a complex root, the pole i y and the conjugate root. If all
+ * roots are real, the path is the straight line that joins the root nearest to zero to the pole. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {

@@ -38,8 +38,8 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(least, w[1]).hi >= -slack * (1.0 + fabs(least.hi));
 }
-/* Returns the relative error of the distance between two branch points. Nearly equal roots of phi
- * are accurate to only half of the digits. */
+/* Returns the relative error of the distance between two branch points. If two roots of phi are
+ * nearly equal, only about half of their digits are accurate. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
@@ -90,7 +90,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* The ratio S/T = x/y can be computed by two formulas. The terms of the first one vanish
+        /* The ratio S/T = x/y can be computed from two formulas. The terms of the first one vanish
          * where y[5] = -1, and those of the second one where y[5] = 1. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
@@ -101,7 +101,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of the term `n` in the sum with index `sum`. */
+/* Returns the coefficient of a given term in one of the theta sums. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
@@ -126,7 +126,7 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading plus integer multiples of half the rates of the torus angles.
+/* Returns the rate of the heading, corrected by integer multiples of half the torus angles' rates.
  * These integers are found from the initial rate of A = S + T or of B = S - T, whichever is larger.
  * Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
@@ -158,8 +158,8 @@ static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], c
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
 /* Appends a theta sum to the solution, row by row. Negligible terms at the ends of a row are
- * omitted. A real sum stores only half of its terms, multiplied by two, because the others are
- * conjugate. Returns 0 if the array of terms or rows is full. */
+ * omitted. A real sum stores only half of its terms, multiplied by two, because the terms form
+ * complex conjugate pairs. Returns 0 if the array of terms or rows is full. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -359,8 +359,8 @@ static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *
     *heading = find_heading(w, state, sum, slope);
     return fill_dual_sums(plan, t, d, beta);
 }
-/* Returns the specific reason for refusing a degenerate motion, or `refusal` if no specific reason
- * applies. Rounding errors in the initial state are tolerated. */
+/* Returns the reason for rejecting a degenerate motion, or `refusal` if no specific reason applies.
+ * Rounding errors in the initial state are tolerated. */
 static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewski_refusal refusal)
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
@@ -375,7 +375,7 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
     return refusal;
 }
 /* Computes the roots, arcs, periods, samples and rates that determine the theta sums. Returns
- * KR_KOWALEWSKI_PLANNED on success, or the reason for the refusal. */
+ * KR_KOWALEWSKI_PLANNED on success, or the reason why the motion is refused. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;
@@ -388,7 +388,8 @@ static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski
     if (!(w->separatrix < 1e-14)) return KR_KOWALEWSKI_SEPARATRIX;
     const double distance = least_distance(o);
     if (!(distance > 1e-24)) return KR_KOWALEWSKI_COINCIDENT;
-    /* The formulas for the initial state divide by the distances between branch points. */
+    /* The formulas for the initial state contain divisions by the distances between branch
+     * points. */
     const kr_kowalewski_refusal unresolved =
         distance < 1e-12 ? KR_KOWALEWSKI_COINCIDENT : KR_KOWALEWSKI_START;
     if (!is_on_arcs(o, top->state)) return unresolved;

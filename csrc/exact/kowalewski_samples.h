@@ -50,7 +50,7 @@ static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
         out->lb[i] = cdd_mul(L, B);
     }
 }
-/* Returns a square root of (w - e_i) D times `way`, given the sine and cosine of x/2. */
+/* Returns a square root of way * (w - e_i) D, given the sine and cosine of x/2. */
 static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
                            dd s, dd c)
 {
@@ -149,10 +149,10 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Computes the point on an arc at which Kowalewski's variable is `gap` below the upper end. If the
- * lower end is finite, `rest` is the distance from this end. A later value of `gap`, `next`,
- * determines the direction of motion. Returns 0 if the point is too close to an end of the arc, as
- * defined by `least`. */
+/* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
+ * end. If the lower end is finite, `rest` is the distance from this end. The direction of motion
+ * follows from `next`, the value of `gap` at a later time. Returns 0 if the point is so close to an
+ * end of the arc that the sine or cosine of x/2 is at most `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -211,8 +211,9 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Computes the points on both arcs for the state `at`. The directions of motion of w1 and w2 are
- * inferred from a later state. Returns 0 if a point is too close to an end of its arc. */
+/* Computes the points on both arcs that correspond to the state `at`. The directions of motion of
+ * w1 and w2 are inferred from a later state. Returns 0 if a point is too close to an end of its
+ * arc. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -221,9 +222,9 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
- * determined from an early state that is not close to an end of an arc. If w1 or w2 is slow, a
- * state closer to an end is accepted. The returned error is divided by the velocity, because slow
- * states near a saddle depend little on the angles. */
+ * determined from an early state that is not close to an end of an arc. If w1 or w2 changes slowly,
+ * a state closer to an end is accepted. Because slow states depend little on the angles, the
+ * returned error is divided by the velocity. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

@@ -1,6 +1,6 @@
-/* State of a Kowalewski top at time t, computed from its closed-form solution. The code evaluates a
- * single time, or a different time in each vector lane. Single and vectorized evaluations give
- * bitwise equal results.
+/* State of a Kowalewski top at time t, computed from its closed-form solution. The code computes
+ * the state at a single time, or at a different time in each vector lane. Single and vectorized
+ * evaluations give bitwise equal results.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
@@ -12,8 +12,8 @@ enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
 /* Powers of exp(i theta1/2) and exp(i theta2/2), as real and imaginary parts. The power exp(i k
  * theta1/2) is stored at index k of re1 and im1. The power exp(i k theta2/2) is stored at index (k
- * + WIDE_MOST)/2 of re2 and im2. Even and odd k are stored in separate arrays, so that the powers
- * for a row are contiguous. */
+ * + WIDE_MOST)/2 of re2 and im2. Powers with even and odd k are stored in separate arrays, so that
+ * the powers for a row are contiguous. */
 typedef struct wave_lanes {
     wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
@@ -48,8 +48,8 @@ INLINE void fill_waves(const kr_theta_sums *plan, const dd phase[2], wave_lanes 
     }
 }
 /* Powers of the growth factors exp(a1/4) and exp(a2/4) of the dual sums (kowalewski_dual.h). The
- * power exp(k a1/4) is stored at index k + WIDE_MOST of `one`. The power exp(k a2/4) is stored in
- * the array of `two` for k modulo 4, at index (k + WIDE_MOST)/4. */
+ * power exp(k a1/4) is stored at index k + WIDE_MOST of `one`. The power exp(k a2/4) is stored at
+ * index (k + WIDE_MOST)/4 of the array two[k mod 4]. */
 typedef struct growth_lanes {
     wide one[2 * WIDE_MOST + 1];
     wide two[4][WIDE_MOST / 2 + 1];

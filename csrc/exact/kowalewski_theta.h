@@ -3,9 +3,9 @@
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
  * roots. Each theta sum contains terms of only some of the classes. The rules were found
- * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests these
- * rules with 1e6 random tops. Solutions are rejected if the sums disagree with states of the top.
- * The constants of S and T are the null vector of the equations
+ * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests the
+ * rules for classes and signs with 1e6 random tops. Solutions are rejected if the sums disagree
+ * with states of the top. The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R are found by linear least squares.
  *
@@ -18,16 +18,16 @@
 #include "least_squares.h"
 
 /* The equations count as satisfied if the ratio of the two smallest singular values is below
- * SATISFIED. NEARLY_SATISFIED is a looser limit for a third of the samples. */
+ * SATISFIED. NEARLY_SATISFIED is the looser limit for a fit to only a third of the samples. */
 #define SATISFIED 1e-8
 #define NEARLY_SATISFIED 1e-5
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds of curves, classified by the order of the real roots. With e for a root of phi, the
- * orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
+/* The kinds of curves, classified by the order of the real roots. With e denoting a root of phi,
+ * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term of a theta sum without the constant factor of its class. The values of a term in two sums
- * are stored, because they may differ in sign. */
+/* A term of a theta sum, excluding the constant factor of its class. The values of a term in two
+ * sums are stored, because they may differ in sign. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -79,7 +79,7 @@ static int class_of(int kind, int k1, int k2)
 /* Returns 1 if a sum contains terms of the class with the given index. */
 static int has_class(int kind, int sum, int index)
 {
-    /* Bit i is set if the sum contains class i. */
+    /* Bit i of each number is set if the sum contains terms of class i. */
     static const unsigned char classes[KINDS][SUMS] = {
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
@@ -198,8 +198,8 @@ static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
 }
 static const int spinor_sums[2] = {SUM_S, SUM_T};
 
-/* Subsets of the samples, of which the first covers all rows and columns. A third of the samples
- * suffices to reject a wrong value of b. */
+/* Subsets of the samples used for fitting. The subset THIRD_OF_SAMPLES contains samples from all
+ * rows and columns. A third of the samples suffices to reject a wrong value of b. */
 typedef enum sample_choice { THIRD_OF_SAMPLES, OTHER_SAMPLES, ALL_SAMPLES } sample_choice;
 static int is_chosen(int i, sample_choice choice)
 {
@@ -248,9 +248,9 @@ static void find_sizes(theta_work *w)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Fits the constants of S and T to all samples. The equations are then divided by D and solved
- * again, so that errors are small relative to D everywhere. Returns the ratio of the smallest
- * singular value to the second smallest. */
+/* Fits the constants of S and T to all samples. The fit is repeated with equations divided by D, so
+ * that errors are small relative to D everywhere. Returns the ratio of the smallest singular value
+ * to the second smallest. */
 static double solve_spinor_twice(theta_work *w)
 {
     const double ratio = solve_spinor(w, ALL_SAMPLES);

@@ -2,9 +2,9 @@
  * a, U u the potential energy, W = m / I1 and g = 2 U / I1. The height obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
  * The roots, the rate nu of the nutation, and the rates k1 and k2 of alpha and beta are computed in
- * double-double. The moment of inertia about the axis contributes only a constant spin, which is
- * added separately. This header is compiled once for each instruction set and number of lanes
- * (lane_types.h). */
+ * double-double arithmetic. The moment of inertia about the axis contributes only a constant spin,
+ * which is added separately. This header is compiled once for each instruction set and number of
+ * lanes (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -190,8 +190,7 @@ static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *
     }
     return mean;
 }
-/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the quotient T of K' and
- * K. */
+/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and the ratio T of K' to K. */
 typedef struct arguments {
     wide y1, y2, T;
 } arguments;
@@ -296,7 +295,7 @@ static inline dd phase_at_start(const turning *r, wide mean)
  * momentum is the sum of the phases of alpha and beta. Only two of the three phases are computed
  * directly, because the phase of a quantity close to zero is inaccurate. The phase of the momentum
  * is less accurate when the momentum is nearly vertical. The phase of the momentum is used only if
- * the momentum exceeds twice the smaller of alpha and beta, each relative to its maximum. */
+ * the momentum is large compared with alpha or beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {

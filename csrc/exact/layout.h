@@ -1,6 +1,6 @@
 /* The private layout of kr_exact, kr_exact_map and kr_turning. The public header declares only the
- * first members and reserves memory for the rest, so programs do not depend on the layout. Only
- * dispatch.c uses the public types; all other files use the types of this header. */
+ * first members of each type and reserves memory for the rest, so programs do not depend on the
+ * layout. Only dispatch.c uses the public types; all other files use the types of this header. */
 #ifndef KR_EXACT_LAYOUT_H
 #define KR_EXACT_LAYOUT_H
 #include <stddef.h>
@@ -73,8 +73,8 @@ KR_CHECK_LAYOUT(kr_turning_is_laid_out,
                         offsetof(kr_turning_form, critical_spin) &&
                     offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
                     offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
-/* If a public type and its private counterpart had different alignments, these structures would
- * have different padding. */
+/* If the alignments of a public and a private type differed, the two structures below would have
+ * different padding. */
 struct kr_aligned_public {
     char a;
     kr_exact exact;

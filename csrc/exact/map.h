@@ -1,5 +1,5 @@
-/* The k-th state of the Bobenko-Suris map in closed form. The states lie on an elliptic curve like
- * that of the continuous motion, at equally spaced phases. A link is a pair of consecutive states.
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie at equally spaced phases
+ * on an elliptic curve like that of the continuous motion. A link is a pair of consecutive states.
  * In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
@@ -118,7 +118,8 @@ static double set_momentum(kr_exact_map_form *map, const map_link *k)
     return across + k->l.hi * k->l.hi;
 }
 /* Sets the initial phases. The phase of the momentum is the sum of the phases of alpha and beta.
- * The phases of the two largest quantities are computed directly, and determine the third phase. */
+ * The phases of the two largest quantities are computed directly; the third phase follows from
+ * them. */
 static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -207,15 +208,14 @@ static kr_state map_state(const kr_exact_map_form *map, int64_t k)
     return r;
 }
 /* Returns 1 if the closed-form solution reproduces the initial attitude `start`. For step sizes of
- * 1e-8 or less, the solution may be inaccurate if the initial axis is very close to a pole. The
- * reason is that double-double arithmetic cannot resolve the distance from the pole. */
+ * 1e-8 or less, the solution may be inaccurate if the initial axis is very close to a pole.
+ * Double-double arithmetic cannot resolve very small distances from a pole. */
 static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. A step so large that 1 + b
- * s < 0 is equivalent to a step of the top with up and down interchanged. For such a step, the
- * closed-form solution describes the interchanged top. */
+/* Sets up the closed-form solution of the Bobenko-Suris map for a scene. If 1 + b s < 0, the
+ * solution of the equivalent top with up and down interchanged is computed instead. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
     const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};
@@ -233,14 +233,14 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     map_link k;
     int below = top.own.lever.hi < 0.0;
     /* The first pass determines whether up and down are exchanged, and the second pass uses the
-     * result. A third pass would give the same result as the second. */
+     * result. Further passes would not change the result. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Powers of the step would underflow or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of the step size could underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -91,9 +91,9 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* Computes the roots of P by expanding it about the value s0 of the first step. Newton's method
- * yields the isolated root. The other two roots solve a quadratic equation, and are computed
- * without cancellation. */
+/* Computes the roots of the cubic P from its expansion about the value s0 of the first step.
+ * Newton's method yields the isolated root. The other two roots solve a quadratic equation, and are
+ * computed without cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -130,7 +130,7 @@ static void find_map_roots(map_link *k)
     k->s2 = dd_add(k->s, k->above);
 }
 /* Writes s and (u' - u)^2 = P(s)/(1 + b s) for the link at the phase with the given values of sn^2
- * and cn^2. Both values are computed from the distances between s and the roots. */
+ * and cn^2. The calculation uses only the distances between s and the roots. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -163,7 +163,7 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, the distance of the third root from the pole, without cancellation. */
+/* Returns u3 - 1, the distance of the third root from the pole, computed without cancellation. */
 static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
@@ -178,7 +178,7 @@ typedef struct half_stride {
     dd sn2, cn2, dn2;
 } half_stride;
 
-/* Sets the modulus, the periods and the phase increment eta per step, from the roots of the
+/* Computes the modulus, the periods and the phase increment eta per step from the roots of the
  * cubic. */
 static half_stride set_periods(const map_link *k, map_curve *r)
 {
@@ -193,8 +193,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* Here sn2, cn2 and dn2 are squares at eta. The squares at eta/2 follow from the half-argument
-     * formulas. */
+    /* Here sn2, cn2 and dn2 are the squares of sn, cn and dn at eta. The squares at eta/2 follow
+     * from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),
@@ -204,8 +204,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. Also sets 1 + u2 and 1 - u1, the distances between the
- * extreme heights and the poles. */
+ * elliptic integrals of the first kind. The distances 1 + u2 and 1 - u1 between the extreme heights
+ * and the poles are set as well. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
@@ -220,7 +220,7 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
     /* If y2 is close to its limit and u3 is close to 1, the difference above suffers from
-     * cancellation. The formula below avoids the cancellation. */
+     * cancellation, and is therefore computed by another formula. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));

@@ -86,7 +86,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     return KR_OK;
 }
 /* Converts a solution to the user's axes and units. The argument `unit` is the internal unit of
- * time in the user's units. */
+ * time, expressed in the user's units. */
 static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
                                double unit)
 {

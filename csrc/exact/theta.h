@@ -14,8 +14,9 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Each step of the iteration squares the relative differences. Iteration therefore stops one step
- * after the differences fall below 1e-8, and this last step needs only double precision. */
+ * Each step of the iteration squares the relative differences between its variables. The iteration
+ * stops one step after the differences fall below 1e-8; double precision suffices for the last
+ * step. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -51,7 +52,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
-/* Returns agm(a, b) in doubles. */
+/* Returns agm(a, b) in double precision. */
 static inline wide elliptic_agm(wide a, wide b)
 {
     for (int i = 0; i < 40; i++) {
@@ -78,8 +79,8 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z). Duplication is repeated until the arguments are close enough for
- * the series about their mean to be accurate to double precision (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication stops when the series about the mean of the arguments
+ * is accurate to double precision (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -132,7 +133,8 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Refines a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision by
- * two Newton steps. The slope at the initial guess is accurate enough for both Newton steps. */
+ * two Newton steps. Both Newton steps use the slope at the initial guess, which is accurate
+ * enough. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -173,8 +175,8 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *c = e.even * even + e.odd * odd;
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
- * is nonzero, returns theta(y + i x) in the same form, with sinh x in place of sin x. The dual form
- * of theta1 is multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
+ * is nonzero, returns theta(y + i x) as polynomials in sinh^2 x instead. The dual form of theta1 is
+ * multiplied by i. The common factor 2 nome^(1/4) of theta1 and theta2 is omitted. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

@@ -24,7 +24,7 @@ typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
-    /* Returns the state at two given torus angles, like kr_kowalewski_state_at. */
+    /* Returns the state for two given torus angles, like kr_kowalewski_state_at. */
     kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
 /* Evaluates many states, one in each vector lane. */
@@ -40,7 +40,8 @@ typedef struct kr_torus_form {
     double bound;                   /* the default bound of the certificate */
     size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
     /* Returns 1 if the closed-form solution applies to the initial state of a checked scene with a
-     * body of this kind. A NULL pointer means that the solution applies to all initial states. */
+     * body of this kind. The function pointer is NULL if the solution applies to all initial
+     * states. */
     int (*suits)(const kr_scene *scene);
     /* Returns the size of the used part of a plan, in bytes. Copying this part suffices to copy the
      * plan. */

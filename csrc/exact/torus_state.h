@@ -7,7 +7,7 @@
 #include "kernel.h"
 #include "torus.h"
 
-/* Returns a phase of a plan [turns] at the time `span` after the initial time. */
+/* Returns a phase of a closed-form solution [turns] at the time `span` after the initial time. */
 INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
 {
     const kr_phase *p = &torus->turn[i];
@@ -21,7 +21,7 @@ INLINE double fraction_of_turns(double turns)
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
 /* Returns t minus the initial time, or 0 if t is infinite, NaN, or so late that the phases are
- * unknown. For a result of 0, the caller computes the initial state, whose integrals of motion are
+ * unknown. If the result is 0, the caller computes the initial state, whose integrals of motion are
  * correct. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
@@ -44,8 +44,8 @@ INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
     return r;
 }
 #if defined KR_EXACT_LANES
-/* Loads the first times in t, one for each lane. If there are fewer times than lanes, the remaining
- * lanes repeat the first time. */
+/* Loads one time from t into each lane. If there are fewer times than lanes, the remaining lanes
+ * repeat the first time. */
 INLINE wide load_time_lanes(size_t n, const double t[])
 {
     double times[LANES];

@@ -30,7 +30,7 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "loops",   "cusps",      "waves"};
 
 /* Returns the nutation angle for the height u, given 1 - u and 1 + u. Distances of at most 2e-36
- * count as zero, because `sharpen` replaces smaller distances by 1e-36. */
+ * count as zero, because `sharpen` replaces smaller distances with 1e-36. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -67,7 +67,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis is at its lowest and at its highest position. */
+/* Writes the first times t >= 0 at which the axis reaches its lowest and its highest position. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -80,7 +80,7 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets the members of the result that do not depend on the turning points, in internal units.
+/* Sets, in internal units, the members of the result that do not depend on the turning points.
  * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
  * I3. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
@@ -97,9 +97,9 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top with nonnegative weight * com along its axis, in internal
- * units. Times are measured from the initial time. The argument `rotor` is the momentum of an axial
- * rotor divided by I3. */
+/* Returns the turning points, in internal units, of a top whose weight * com along its axis is
+ * nonnegative. Times are measured from the initial time. The argument `rotor` is the momentum of an
+ * axial rotor divided by I3. */
 static kr_turning_form turning_downwards(const exact_top *top, double rotor)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
