@@ -1,4 +1,4 @@
-"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], named as in kreisel.events."""
+"""Command-line events NAME[:ARGUMENT...][:WORD=VALUE...], with the names of kreisel.events."""
 
 from __future__ import annotations
 

@@ -52,8 +52,8 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 def allow_certificate(scene: Scene, t: object) -> float:
     """Return the largest error bound (certificate) for which method='auto' uses a closed form.
 
-    Returns 0.0 if method='auto' uses the Taylor series in any case. Raises TypeError or ValueError
-    if the times `t` are invalid.
+    Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises
+    TypeError or ValueError if the times `t` are invalid.
     """
     if _ends_too_early(scene, t):
         return 0.0
@@ -81,8 +81,8 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     choice depends only on the arguments, not on the speed of the machine. `times` is None if the
     requested times are unknown.
 
-    The costs are compared only for single scenes. In an ensemble, the method of each top depends
-    only on its scene. See "Ensembles" in docs/theory/closed_form.md.
+    The costs are compared only for single scenes. In an ensemble, the method chosen for each top
+    depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
     """
     reason, allowed = _judge(scene, times)
     if reason:
@@ -93,9 +93,9 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
+    """Return the reason for using the Taylor series, and the largest certificate allowed.
 
-    The reason is empty if the closed form may be used.
+    The reason is an empty string if the closed form may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._is_disturbed or not methods[EXACT].suits(scene):

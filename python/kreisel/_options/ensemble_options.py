@@ -183,7 +183,7 @@ _COMPONENTS = {
 
 @lru_cache
 def list_components(name: str) -> list[tuple[str, int]]:
-    """Return the components with a given name as pairs of a quantity and an index.
+    """Return all components with the given name, as pairs (quantity, index).
 
     The name of a quantity denotes all of its components.
     """

@@ -1,4 +1,4 @@
-"""The scenery around a moving body: a floor, the sphere of the apex, a stand and a soft shadow.
+"""The scenery around a moving body: a floor, the unit sphere, a stand and a soft shadow.
 
 The colours match those of the interactive viewer.
 """
@@ -72,7 +72,7 @@ def _draw_dome(axes: Axes, floor: float) -> None:
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point, and a needle that supports the point if it is above the floor."""
+    """Draw the fixed point and a needle that supports it above the floor."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)

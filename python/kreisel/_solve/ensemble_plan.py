@@ -63,7 +63,7 @@ class EnsemblePlan:
     first: Plan | None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Describe the ensemble by pairs of heading and text, without the plan of the first top."""
+        """Return pairs (heading, text) that describe the ensemble, but not its first top."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,
@@ -180,7 +180,7 @@ def _plan_ensemble(
 
 
 def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops with a closed form and of tops integrated in vector lanes."""
+    """Return the numbers of tops solved in closed form and of tops integrated in SIMD lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:

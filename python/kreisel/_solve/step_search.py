@@ -1,4 +1,4 @@
-"""Search by method='geometric' for the cheapest method and step that meet an error tolerance.
+"""Search for the cheapest method and step that meet an error tolerance (method='geometric').
 
 At time t, the error of a method of order p with step size h is approximately
 
@@ -154,7 +154,7 @@ class StepSearch:
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Compute a run with `steps` steps, and return its states and its error.
+        """Integrate the motion in `steps` steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
         step size is too large for the method, the result is None.
@@ -227,7 +227,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for an argument `error` with a method other than 'geometric'."""
+    """Return the exception to raise if `error` is given with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )

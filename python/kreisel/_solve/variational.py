@@ -39,7 +39,7 @@ TangentSpec = TangentName | Iterable[TangentName]
 def parse_tangents(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order.
 
-    Raises TypeError or ValueError for an unknown name, or if there is no name.
+    Raises TypeError or ValueError for an unknown name, or if no name is given.
     """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):

@@ -387,7 +387,7 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
 
 
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
-    """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
+    """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
 
     Each value depends only on the seed, the parameter and the index of the top. The state of the
     Philox generator can be set directly, because it is a counter.

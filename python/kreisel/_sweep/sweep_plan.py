@@ -208,8 +208,8 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored in a JSON object.
 
-    `load` reads an array from the file with a given name. Raises ValueError if the object is not a
-    plan, or comes from a different version.
+    `load` reads an array, given the name of its file. Raises ValueError if the object is not a
+    plan, or has the format of a different version of kreisel.
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)

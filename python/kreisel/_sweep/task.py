@@ -214,7 +214,7 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task with the name `task`, including its arguments.
+    """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
     accept. Arguments with different values for different tops are also rejected.
