@@ -181,8 +181,8 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
     The cuboid has the given principal moments of inertia about the fixed point. If no cuboid has
-    these moments, the mass is increased while mass * com is kept constant. The increased mass is chosen so as
-    to make the cuboid as large as possible.
+    these moments, the mass is increased while mass * com is kept constant. The increased mass is
+    chosen so as to make the cuboid as large as possible.
     """
     best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:
