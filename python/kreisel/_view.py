@@ -90,8 +90,8 @@ class View:
     def open(self) -> File:
         """Open the viewer in a browser, and return the file that contains the viewer.
 
-        The next viewer of a scene with the same name overwrites the file. Issues a warning if no
-        browser was found.
+        The file is overwritten by the next viewer of a scene with the same name. Issues a warning
+        if no browser was found.
         """
         file, shown = open_viewer(self)
         if not shown:

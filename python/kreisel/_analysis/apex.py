@@ -76,9 +76,9 @@ class Apex:
         The averages are taken over the interval from the first to the last minimum of the apex
         height. The function kreisel.exact computes the same values directly from a scene. The
         minima and maxima of the height are found by cubic interpolation between the states. The
-        averages are accurate to four digits with 50 states per nutation period, and to seven with
-        400. If the height varies by less than 1e-9, the motion is a steady precession and the
-        period is NaN.
+        averages are accurate to four digits for 50 states per nutation period, and to seven digits
+        for 400 states. If the height varies by less than 1e-9, the motion is a steady precession
+        and the period is NaN.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four

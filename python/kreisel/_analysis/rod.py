@@ -188,7 +188,7 @@ def rod(path: Path) -> Rod:
 
 
 def _choose_rod_axes(body: Body) -> Array:
-    """Return the two cross-section axes and the tangent of the rod in principal-axis components.
+    """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
 
     Raises ValueError if the centre of mass lies on no principal axis.
     """

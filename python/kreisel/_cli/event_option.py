@@ -1,4 +1,4 @@
-"""Command-line events NAME[:ARGUMENT...][:WORD=VALUE...], with the names of kreisel.events."""
+"""Parsing of events given on the command line as NAME[:ARGUMENT...][:WORD=VALUE...]."""
 
 from __future__ import annotations
 

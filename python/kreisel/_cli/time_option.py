@@ -1,4 +1,4 @@
-"""Times on the command line: comma-separated numbers and grids start:end:step."""
+"""Times given on the command line as comma-separated numbers and grids start:end:step."""
 
 from __future__ import annotations
 

@@ -291,7 +291,7 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError if the times of a top are not monotonic.
 
-    `first` is the index of the first top.
+    `first` is the index, in the ensemble, of the top in the first row.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0

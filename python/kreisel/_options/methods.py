@@ -142,8 +142,8 @@ class Method:
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to `scene`.
 
-        Without gravity, there is a closed form for any body without a rotor. Few methods apply to
-        tops with damping, friction, or a moving support.
+        In the absence of gravity, the motion of any body without a rotor has a closed form. Few
+        methods apply to tops with damping, friction, or a moving support.
         """
         plain = check_type("scene", scene, Scene)._is_plain
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)

@@ -107,7 +107,7 @@ def time_chunks(
 def start_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return the direction of time as a flag (True if backwards), and the times in chunks."""
+    """Return True if time runs backwards, or False otherwise, and the times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -120,7 +120,7 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return the direction of time as a flag (True if backwards), and the times.
+    """Return True if time runs backwards, or False otherwise, and the times.
 
     An iterator is read up to its first nonzero time. The returned iterator also includes the times
     that have been read.

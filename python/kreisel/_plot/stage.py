@@ -113,6 +113,6 @@ def _directions(angle: Array) -> Array:
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Project points of a horizontal plane onto the picture."""
+    """Project points in a horizontal plane onto the picture."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(lifted)[:2], axis=-1)

@@ -123,7 +123,7 @@ def plan(
 ) -> Plan | EnsemblePlan:
     """Return the plan of the motion that kreisel.solve would compute.
 
-    For an ensemble, a few tops are integrated for some milliseconds to estimate the run time.
+    For an ensemble, a few tops are integrated for a few milliseconds to estimate the run time.
 
     t       the times as in kreisel.solve; if given, the plan includes the number of states
     reduce  for an ensemble: the reductions of kreisel.reduce, instead of states

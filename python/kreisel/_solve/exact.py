@@ -63,7 +63,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ClosedForm:
-    """Base class of all closed forms."""
+    """Base class of all closed-form solutions."""
 
     scene: Scene
     period: float
@@ -378,7 +378,7 @@ class ExactGoryachevChaplygin(ExactTorus):
 class ExactMap(_ClosedForm):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
-    The object can be called with one or more numbers of steps, and returns a kreisel.Path.
+    The object can be called with one or several step numbers, and returns a kreisel.Path.
 
     The attributes period, precession and spin describe the numerical solution instead of the exact
     motion. Subtracting the corresponding attributes of kreisel.Exact gives the errors of the

@@ -1,4 +1,4 @@
-"""Closed forms for all tops in an ensemble."""
+"""Closed-form solutions for all tops in an ensemble."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if any of the tops has a closed form on a torus."""
+        """True if any of the motions has a closed form on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
@@ -263,7 +263,7 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 
 
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of all tops in an ensemble.
+    """Return the closed-form solutions for all tops in an ensemble.
 
     Raises ValueError if the motion of a scene has no closed form.
     """
@@ -296,7 +296,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes."""
+    """Return the closed-form solutions for a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:

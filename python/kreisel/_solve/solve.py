@@ -196,7 +196,7 @@ def _parse_tangents_events_geometric(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a scene, in several calls of the C library if necessary."""
+    """Compute the motion of a scene, in several calls to the C library if necessary."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)

@@ -375,7 +375,7 @@ def _search_one_top(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve a single top, and write its path or an error message to the buffers."""
+    """Compute the motion of a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)

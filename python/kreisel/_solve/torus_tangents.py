@@ -98,7 +98,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError if the times are too large for differences between neighbouring motions."""
+    """Raise ValueError if the times are too large for comparing neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(

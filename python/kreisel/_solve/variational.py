@@ -103,7 +103,7 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist if there is friction."""
+    """Raise ValueError for tangents that do not exist in the presence of friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(

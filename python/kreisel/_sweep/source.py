@@ -176,7 +176,7 @@ class Source:
         steady: bool = False,
         fast: bool = False,
     ) -> Source:
-        """Return a source whose tops are the rows of a table.
+        """Return a source that takes its tops from the rows of a table.
 
         Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
         such as momentum_x or angles_0.

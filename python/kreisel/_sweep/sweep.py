@@ -26,7 +26,7 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during a sweep. Calling kreisel.sweep again computes the missing parts.
+    """Exception raised by Ctrl-C during a sweep; calling kreisel.sweep again continues the sweep.
 
     sweep  a kreisel.SweepResult with the finished parts
     """

@@ -165,7 +165,7 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the names of the varying parameters in JSON form.
+    """Return the names of the varying parameters as JSON data.
 
     Values that the plan already contains are omitted.
     """

@@ -32,7 +32,7 @@ _STATUS = "status", "reached"
 
 @refuse_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
-    """The results of a sweep in a folder.
+    """The results of a sweep, read from its folder.
 
     `result[name]` is the column `name` as a NumPy array of shape `shape`, or of shape (*shape, k)
     if it has values at k times. Only the requested columns are read from the files.
