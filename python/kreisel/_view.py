@@ -63,7 +63,7 @@ class _ViewerScene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """An interactive viewer of a scene. A notebook displays the viewer if it is a cell's result.
+    """An interactive viewer of a scene, which a notebook displays as the result of a cell.
 
     scene  the data of the scene, in the format of the viewer's JSON export
     """

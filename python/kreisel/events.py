@@ -20,13 +20,13 @@ np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can m
 
 Within each step of method='taylor', the function is a polynomial in time. Events are the sign
 changes of a polynomial or, for an extremum, of its derivative. No event within a step is missed,
-and the path is not affected. The initial state does not count as an event. The function is
+and the path is not affected. The initial state does not count as an event. An event function is
 considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
 Points at which a function touches zero without changing sign are not events.
 
-The times of events are as accurate as the path itself. The times are stored as doubles, even if the
-path has more digits. Rising and falling refer to increasing time, even if the path runs backwards
-in time.
+The times of events are as accurate as the path itself. Event times are stored as doubles, even if
+the path has more digits. Rising and falling refer to increasing time, even if the path runs
+backwards in time.
 """
 
 from __future__ import annotations

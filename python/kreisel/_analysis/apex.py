@@ -150,7 +150,7 @@ class Apex:
     def _nutation_at(self, t: float) -> float:
         """Return the nutation angle at a time between two states, by interpolation.
 
-        The angle is computed from the height of the apex and its squared distance from the
+        The nutation angle is computed from the height of the apex and its squared distance from the
         vertical. Both the height and the squared distance are smooth functions, so the result is
         accurate even near the vertical.
         """

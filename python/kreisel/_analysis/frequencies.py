@@ -244,7 +244,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 def _aliasing_error_bound(rate: Array) -> float:
     """Return an upper bound on the aliasing error of the average of a sampled rate.
 
-    The bound is the largest amplitude in the upper half of the frequency spectrum.
+    The returned bound is the largest amplitude in the upper half of the frequency spectrum.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())

@@ -116,7 +116,7 @@ def format_index(index: Index) -> str:
 
 
 def unravel_index(i: int, shape: Shape) -> Index:
-    """Return the multi-dimensional index of member i (in C order) in an ensemble."""
+    """Return the multi-dimensional index of an ensemble member, given its index in C order."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 

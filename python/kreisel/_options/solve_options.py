@@ -86,7 +86,7 @@ class SolveOptions:
         return self.core[-1]
 
     def keep_heading(self) -> SolveOptions:
-        """Return a copy of the options with which the heading is computed."""
+        """Return a copy of these options that makes the solver compute the heading."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property

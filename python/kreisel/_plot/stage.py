@@ -45,7 +45,7 @@ def _set_limits(axes: Axes, floor: float) -> None:
 
 
 def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw concentric circles and spokes on the floor, which fade towards its edge."""
+    """Draw concentric circles and spokes that fade towards the edge of the floor."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]

@@ -215,7 +215,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _estimate_run_time(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Estimate the run time [s], and return it with the number of tops used for the estimate.
+    """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
     A few tops are integrated for a limited number of steps, and the time is extrapolated.
     """

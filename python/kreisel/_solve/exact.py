@@ -128,8 +128,8 @@ class Exact(_ClosedForm):
     def t_least(self) -> float:
         """The first time t >= 0 at which the nutation is smallest [T].
 
-        The time is 0 if the nutation is constant, and inf if the smallest nutation is never
-        reached.
+        The returned time is 0 if the nutation is constant, and inf if the smallest nutation is
+        never reached.
         """
         return float(self._turning_points.t_least[0])
 
@@ -137,7 +137,8 @@ class Exact(_ClosedForm):
     def t_greatest(self) -> float:
         """The first time t >= 0 at which the nutation is largest [T].
 
-        The time is 0 if the nutation is constant, and inf if the largest nutation is never reached.
+        The returned time is 0 if the nutation is constant, and inf if the largest nutation is never
+        reached.
         """
         return float(self._turning_points.t_greatest[0])
 
@@ -146,9 +147,9 @@ class Exact(_ClosedForm):
         """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The type is 'waves' if the precession rates at both turning points have the same
-          sign, and 'loops' if they have opposite signs. The type is 'cusps' if the precession rate
-          is zero at the turning point with the higher potential.
+          points. The motion type is 'waves' if the precession rates at both turning points have the
+          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
+          precession rate is zero at the turning point with the higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -274,12 +275,13 @@ class ExactTorus(Exact):
     def find_quasi_periods(self, n: int = 4) -> Array:
         """Return `n` times at which the body returns ever closer to its initial state.
 
-        The shape of the array is (n, 3). Each row contains the numbers of turns of the two angles
-        on the torus, and the time [T]. Both numbers of turns are integers, and their ratio is a
-        convergent in the continued-fraction expansion of the frequency ratio. Each row describes a
-        near resonance of the two frequencies on the torus. At each returned time, the body-frame
-        components of the momentum and the vertical are close to their initial values. The array has
-        fewer than `n` rows if the ratio of the frequencies is rational, up to rounding errors.
+        The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
+        of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and
+        their ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each
+        row describes a near resonance of the two frequencies on the torus. At each returned time,
+        the body-frame components of the momentum and the vertical are close to their initial
+        values. The returned array has fewer than `n` rows if the ratio of the frequencies is
+        rational, up to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -312,9 +314,10 @@ class ExactTorus(Exact):
         return replace(path, _tangent_data=data)
 
     def _states_at(self, turns: Array) -> Array:
-        """Return one state for each pair of angles on the torus, which are measured in turns.
+        """Return one state for each pair of torus angles [turns].
 
-        The heading is that of the initial state; for a Goryachev-Chaplygin top, it is arbitrary.
+        The heading equals that of the initial state, but is arbitrary for a Goryachev-Chaplygin
+        top.
         """
         return torus_states_at(self._torus, turns)
 
@@ -328,7 +331,7 @@ class ExactTorus(Exact):
 def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
     """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
 
-    The sequence ends when a convergent equals the number to within rounding error.
+    The sequence of convergents ends when a convergent equals the number to within rounding error.
     """
     before, last, rest = (0, 1), (1, 0), ratio
     while True:

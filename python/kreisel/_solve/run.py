@@ -430,7 +430,7 @@ class Run:
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint to a file. The file is replaced atomically."""
+        """Write the checkpoint to a file. An existing file is replaced atomically."""
         atomic_write(file, self.checkpoint)
 
 

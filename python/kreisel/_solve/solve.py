@@ -113,8 +113,8 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
-    have the shape of the ensemble in their first dimensions. The result for each top is bitwise
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
+    dimensions of its arrays are those of the ensemble. The result for each top is bitwise
     independent of the other tops, the threads and the executor. A top solved as a single scene
     gives the same result as in an ensemble. However, rounding errors may differ for the methods
     taylor and exact, and 'auto' may select a different method. `t` can also be an array of shape

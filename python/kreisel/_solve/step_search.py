@@ -129,8 +129,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
-        The result includes the requested times and the ends of steps. If there are only a few
-        steps, intermediate times are added.
+        The result includes the requested times and the end times of some steps. If there are only a
+        few steps, intermediate times are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -247,13 +247,13 @@ def geometric_options(
 
 
 def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
-    """Solve a single scene with method='geometric', and return its path."""
+    """Compute the motion of a single scene by method='geometric', and return its path."""
     path = report_end(_find_whole_path(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
 def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Solve a single scene with method='geometric', recording all states."""
+    """Compute the motion of a single scene by method='geometric', and record all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return path_or_raise(scene, still, record_states(scene, still, times))
@@ -390,7 +390,7 @@ def _search_one_top(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write a path to the buffers, with NaN at all times after its end."""
+    """Write a path to the buffers, and NaN at all times after the end of the path."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_indices_of_times(path, times)

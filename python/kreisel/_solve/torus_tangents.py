@@ -84,7 +84,7 @@ def compute_torus_tangents(
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError for a parameter with respect to which there are no tangents."""
+    """Raise ValueError for a parameter for which tangents cannot be computed."""
     for name in names:
         if name not in PARAMETERS:
             reason = (

@@ -1,4 +1,4 @@
-"""Sweep plans in TOML, with the arguments of kreisel.sweep and a table that describes the tops.
+"""Sweep plans in TOML: the arguments of kreisel.sweep, and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
     scene = "sleeping"               # the name of a scene, or a file; or a table [scene]

@@ -79,7 +79,7 @@ class Source:
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Return a source of all combinations of values of several parameters.
+        """Return a source with one top for each combination of the given parameter values.
 
         Each list of values becomes a dimension of the source, in the order of the arguments.
         Parameters with a single value are the same for all tops. All parameters of Scene.vary

@@ -75,17 +75,17 @@ class SweepResult:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the array of all tops."""
+        """The shape of the array of tops in the sweep."""
         return self._store.plan.source.shape
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the dimensions."""
+        """The names of the dimensions of the sweep."""
         return self._store.plan.source.axes
 
     @property
     def size(self) -> int:
-        """The number of tops in all parts."""
+        """The total number of tops in the sweep."""
         return self._store.plan.source.size
 
     @property
