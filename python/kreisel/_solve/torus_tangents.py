@@ -67,7 +67,8 @@ def compute_torus_tangents(
 
     `compute_states` evaluates the closed form of a given scene at given times. A column of tangents
     is NaN if a change of its parameter leads to a motion without a closed form. Raises ValueError
-    if a neighbouring motion has no closed form, or differs too much from that of `scene`.
+    if the motion of a neighbouring top has no closed form, or differs too much from that of
+    `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:

@@ -261,7 +261,7 @@ class Source:
     def _first_error(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error raised by the first invalid top, including the index of this top.
+        """Return the error for the first invalid top, with the index of this top in its message.
 
         If every top is valid on its own, the error `common` is returned.
         """

@@ -73,7 +73,7 @@ def sweep(
     part is a Parquet file with one row per top. The columns contain the index, parameters, status
     and results of each top. The units [M L T] of the columns are stored in the file. The contents
     of each part are determined, bit for bit, by the plan and the part number. A nonzero status
-    means that the top failed.
+    means that the computation for the top failed.
 
     Existing parts are verified by their checksums, and damaged parts are computed again. The names
     of part files are reserved; do not use them for other files in the folder. Invalid files with
