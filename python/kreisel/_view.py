@@ -63,7 +63,7 @@ class _ViewerScene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """An interactive viewer of a scene. A notebook displays the viewer if it is a cell's result.
+    """An interactive viewer of a scene, which a notebook displays as the result of a cell.
 
     scene  the data of the scene, in the format of the viewer's JSON export
     """
@@ -90,8 +90,8 @@ class View:
     def open(self) -> File:
         """Open the viewer in a browser, and return the file that contains the viewer.
 
-        The next viewer of a scene with the same name overwrites the file. Issues a warning if no
-        browser was found.
+        The file is overwritten by the next viewer of a scene with the same name. Issues a warning
+        if no browser was found.
         """
         file, shown = open_viewer(self)
         if not shown:

@@ -20,13 +20,13 @@ np.where(np.diff(np.sign(f(path)))). Searching the states for sign changes can m
 
 Within each step of method='taylor', the function is a polynomial in time. Events are the sign
 changes of a polynomial or, for an extremum, of its derivative. No event within a step is missed,
-and the path is not affected. The initial state does not count as an event. The function is
+and the path is not affected. The initial state does not count as an event. An event function is
 considered zero if its absolute value is below 2^-50 times a bound on the magnitude of its terms.
 Points at which a function touches zero without changing sign are not events.
 
-The times of events are as accurate as the path itself. The times are stored as doubles, even if the
-path has more digits. Rising and falling refer to increasing time, even if the path runs backwards
-in time.
+The times of events are as accurate as the path itself. Event times are stored as doubles, even if
+the path has more digits. Rising and falling refer to increasing time, even if the path runs
+backwards in time.
 """
 
 from __future__ import annotations
@@ -128,8 +128,8 @@ def crossing(
     """Find the times at which a function crosses a given value.
 
     `value` is given in the units of the function. The arguments `direction`, `max_count` and
-    `terminal` are described in kreisel.events.Event. An event counts only if the function `where`
-    is positive. Raises TypeError or ValueError if a function is invalid, and ValueError if
+    `terminal` are described in kreisel.events.Event. A crossing is an event only if the function
+    `where` is positive there. Raises TypeError or ValueError if a function is invalid, or if
     `function` is constant.
     """
     level = as_float("value", value)
@@ -154,7 +154,7 @@ def extremum(
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
-    """Find the crossings of a plane <normal, v> = offset, that is, a Poincaré section.
+    """Find the points of a Poincaré section, where a motion crosses the plane <normal, v> = offset.
 
     `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
     'body_momentum'. `offset` is given in the units of v. The other arguments are the same as for
@@ -215,9 +215,10 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
-    """Raise ValueError if an event `kinetic` does not describe the kinetic energy of `tops`.
+    """Raise ValueError if a kinetic-energy event does not match the kinetic energy of `tops`.
 
-    An event `kinetic` requires the rotor of the body and a support that does not turn.
+    A kinetic-energy event must include the rotor of the body, and requires a support that does not
+    turn.
     """
     half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -253,8 +254,8 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     Motions on both sides of the separatrix are slow near the unstable equilibrium. Under gravity,
     the events are the points at which the centre of mass is highest. Without torque, the events are
-    the points at which the angular velocity is closest to the intermediate principal axis. The
-    states at the events show how close a motion is to the unstable equilibrium.
+    extrema of the angular velocity about the intermediate principal axis. The states at the events
+    show how close a motion is to the unstable equilibrium.
 
     The other arguments are the same as for kreisel.events.extremum. Under gravity, `direction` is
     not accepted. Raises ValueError for a torque-free body with two equal moments, because it has no

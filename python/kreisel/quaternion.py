@@ -69,8 +69,8 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 def from_rotation(rotation: Rotation) -> Quaternion:
     """Return the attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
 
-    Raises TypeError for an object that lacks the method as_quat, and ValueError for several
-    rotations.
+    Raises TypeError for an object that lacks the method as_quat, and ValueError for an object with
+    several rotations.
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")

@@ -73,11 +73,12 @@ class Apex:
     def nutation(self) -> Nutation:
         """Return the nutation and precession of a Lagrange top, averaged over complete periods.
 
-        The averages are taken from the first to the last minimum of the apex height. The function
-        kreisel.exact computes the same values directly from a scene. The minima and maxima of the
-        height are found by cubic interpolation between the states. The averages are accurate to
-        four digits with 50 states per nutation period, and to seven with 400. If the height varies
-        by less than 1e-9, the motion is a steady precession and the period is NaN.
+        The averages are taken over the interval from the first to the last minimum of the apex
+        height. The function kreisel.exact computes the same values directly from a scene. The
+        minima and maxima of the height are found by cubic interpolation between the states. The
+        averages are accurate to four digits for 50 states per nutation period, and to seven digits
+        for 400 states. If the height varies by less than 1e-9, the motion is a steady precession
+        and the period is NaN.
 
         Raises ValueError for a moving support, and for any body other than a Lagrange top. Also
         raises ValueError if the path contains no complete nutation period, or fewer than four
@@ -142,14 +143,14 @@ class Apex:
         return [_find_zero(*self._find_nearest_states(i, rise)) for i in after.tolist()]
 
     def _find_nearest_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return four times around t[i], and the values at these times."""
+        """Return four times around t[i], and the elements of `values` at these times."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
     def _interpolate_nutation(self, t: float) -> float:
         """Return the nutation angle at a time between two states, by interpolation.
 
-        The angle is computed from the height of the apex and its squared distance from the
+        The nutation angle is computed from the height of the apex and its squared distance from the
         vertical. Both the height and the squared distance are smooth functions, so the result is
         accurate even near the vertical.
         """

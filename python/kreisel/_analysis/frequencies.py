@@ -6,10 +6,10 @@ For an axis of the body, usually the apex, let
     h = cos(nutation).
 For a regular motion, z, u and h are sums of spectral lines a exp(i f t) with amplitude a and
 frequency f. The frequencies in h are integer multiples of the nutation frequency v. The frequencies
-in z differ from the mean rate of precession_angle by integer multiples of v. The frequencies in u
-differ from the mean rate of spin_angle by integer multiples of v. The strongest line is located at
-the maximum of the Fourier transform of the windowed signal. After the strongest line has been
-subtracted, the next line is sought in the remainder.
+in z differ from the mean precession rate by integer multiples of v. The frequencies in u differ
+from the mean spin rate by integer multiples of v. The strongest line is located at the maximum of
+the Fourier transform of the windowed signal. After the strongest line has been subtracted, the next
+line is sought in the remainder.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -121,8 +121,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     spectral lines are resolved if their phase difference changes by more than 23 turns over the
     path. The path should span many nutation periods, with more than two states per turn of the
     fastest angle. For a regular motion, each rate is as accurate as the path. Additional states are
-    computed where the body axis comes close to the vertical (without torque, to the angular
-    momentum).
+    computed where the body axis comes close to the vertical or, without torque, to the angular
+    momentum.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
@@ -224,12 +224,12 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from its increments `turned` between successive states.
+    """Compute the mean rate of an angle from its increments between successive states.
 
-    The mean rate differs from the frequency of the strongest line in `signal` by an integer
-    multiple of `part`. If the multiple is known with certainty, the mean rate is computed from the
-    frequency of the line. Otherwise, the mean of the increments is returned if the angle varies
-    smoothly.
+    The mean rate differs from the frequency of the signal's strongest line by an integer multiple
+    of `part`. If the multiple is known with certainty, the mean rate is computed from the frequency
+    of the line. If the multiple is uncertain, the mean of the increments is used, provided that the
+    angle varies smoothly. If the angle does not vary smoothly either, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
@@ -244,7 +244,7 @@ def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> 
 def _estimate_aliasing_bound(rate: Array) -> float:
     """Return an upper bound on the aliasing error of the average of a sampled rate.
 
-    The bound is the largest amplitude in the upper half of the frequency spectrum.
+    The returned bound is the largest amplitude in the upper half of the frequency spectrum.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())

@@ -65,7 +65,7 @@ def _measure_costs(methods: Methods) -> dict[str, list[float]]:
 
 
 def _measure_cost(method: Method, top: Scene) -> float:
-    """Measure the run time per step [s], or return 0 if the method does not apply."""
+    """Measure the run time per step [s], or return 0 if the method cannot integrate the top."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

@@ -77,8 +77,8 @@ class Rod:
     def lagrangian_density(self) -> Array:
         """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        The density is the Lagrangian of the top, with time replaced by arc length. In equilibrium,
-        the integral of the Lagrangian density along the rod is stationary.
+        The Lagrangian density of the rod is the Lagrangian of the top, with time replaced by arc
+        length. In equilibrium, the integral of the Lagrangian density along the rod is stationary.
         """
         total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
@@ -107,8 +107,8 @@ class Rod:
     ) -> Axes:
         """Draw the rod as a solid body with matplotlib, and return the axes.
 
-        The cross-section of an isotropic rod is a circle. For any other rod, the cross-section is
-        an ellipse. A dot marks the start of the rod, and a bar shows the scale.
+        The cross-section is a circle if the rod is isotropic, and an ellipse otherwise. A dot marks
+        the start of the rod, and a bar shows the scale.
 
         axes                the axes to draw in; default: a new figure
         thickness           the larger diameter [T]; default: a thirtieth of the rod's extent
@@ -122,7 +122,7 @@ class Rod:
             >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
             ['start', '2 m']
 
-        Between neighbouring states, the rod should bend only slightly. Raises ValueError if the rod
+        The rod should bend only slightly between neighbouring points. Raises ValueError if the rod
         has fewer than two states, and ImportError if matplotlib is not installed.
         """
         from .._plot.panels import create_axes
@@ -196,7 +196,7 @@ def rod(path: Path) -> Rod:
 
 
 def _choose_rod_axes(body: Body) -> Array:
-    """Return the two cross-section axes and the tangent of the rod in principal-axis components.
+    """Return the principal-axis components of the rod's two cross-section axes and of its tangent.
 
     Raises ValueError if the centre of mass lies on no principal axis.
     """

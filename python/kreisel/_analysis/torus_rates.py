@@ -8,10 +8,10 @@ rate
     w1 n1 + w2 n2,
 
 where n1 is the mean number of turns of z about 0 along loops on which chi1 makes a turn, and n2
-likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The axis
-is vertical where z is zero. The winding number of z along a loop changes by one when the loop is
-moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the positions
-of the zeros. With zeros, the mean rate is generally not an integer combination of w1 and w2.
+likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
+axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
+is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
+positions of the zeros, and the mean rate is generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -142,7 +142,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers along loops in the first and in the second angle.
+    """Return the mean winding numbers of z along loops in both directions around the torus.
 
     `since` contains the positions of the zeros relative to the first grid point [turns].
     """

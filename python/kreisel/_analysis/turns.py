@@ -1,11 +1,11 @@
-"""The number of turns that a body axis makes about a direction between the states of a path.
+"""The number of turns of a body axis about a fixed direction between successive states.
 
 Let z = sin(nutation) exp(i precession_angle) be the projection of a body axis onto the plane
-perpendicular to a fixed direction. A pole is a position of the axis with z = 0, parallel or
-antiparallel to the fixed direction. Between two states, the projection z moves along an arc in the
-complex plane. An arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and
-the chord. The distance between an arc and its chord is bounded using the velocities at both
-endpoints. If 0 may lie between arc and chord, the arc is bisected at its midpoint in time.
+perpendicular to a fixed direction. At a pole, z = 0 and the axis is parallel or antiparallel to the
+fixed direction. Between two states, the projection z moves along an arc in the complex plane. An
+arc subtends the same angle at 0 as its chord, unless 0 lies between the arc and the chord. The
+distance between an arc and its chord is bounded using the velocities at both endpoints. If 0 may
+lie between an arc and its chord, the arc is bisected at its midpoint in time.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Turns(NamedTuple):
 class _Arcs(NamedTuple):
     """Arcs between states.
 
-    `begin` and `end` are times relative to the state with the index `parent`.
+    `begin` and `end` are times relative to the state with index `parent`.
     """
 
     parent: Indices
@@ -91,8 +91,8 @@ class _Arcs(NamedTuple):
 class _ArcAngles(NamedTuple):
     """The angles that arcs subtend at 0, and the distances of their chords from 0.
 
-    `is_known` is True if the angle is certain. `through` is 1 if the arc starts at 0 or passes
-    through 0. `distance` is the smallest distance between the chord and 0.
+    `is_known` is True if the angle is known with certainty. `through` is 1 if the arc starts at 0
+    or passes through 0. `distance` is the smallest distance between the chord and 0.
     """
 
     angle: Array
@@ -102,9 +102,11 @@ class _ArcAngles(NamedTuple):
 
 
 def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> AxisMotion:
-    """Compute the motion of the body axis `along` about the direction `up`.
+    """Compute the motion of a body axis about a fixed direction.
 
-    The projection is a real number if the axis lies in the plane of `up` and `east`.
+    `along` contains the components of the body axis along the principal axes, and `up` is the fixed
+    direction. The projection is a real number if the axis lies in the plane spanned by `up` and
+    `east`.
     """
     axis, velocity = along @ path.frame, path.velocity
     return AxisMotion(
@@ -118,7 +120,7 @@ def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> Axi
 def count_turns(
     path: Path, motion: AxisMotion, about: Waves, up: Array, along: Array, east: Array
 ) -> Turns:
-    """Count the turns about the axis and about the direction `up` between the states of a path."""
+    """Count the turns about the body axis and about a fixed direction between successive states."""
     z, rate, n = motion.z, motion.rate, len(motion.z) - 1
     apart = np.diff(path.t)
     arcs = _Arcs(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
@@ -154,8 +156,8 @@ def count_turns(
 def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    Return the angle, a flag and the distance for each pair of states. The flag is 1 if 0 lies
-    between the two states. The distance is inf if the sense of rotation about 0 is uncertain.
+    For each pair of states, return the angle, the number of poles between the states (0 or 1), and
+    the distance. The returned distance is inf if the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -170,7 +172,7 @@ def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array,
 
 
 def _distance_to_line(z: Waves, rate: Waves) -> Array:
-    """Return the distance between 0 and a line in the complex plane."""
+    """Return the distance of a line in the complex plane from the origin."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)
@@ -199,7 +201,7 @@ def _compute_spin_angles(
 
 
 def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
-    """Compare each arc with its chord, both in a fixed frame and in a rotating frame."""
+    """Compare each arc with its chord in a fixed frame and in a rotating frame."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
@@ -242,7 +244,7 @@ def _transform_to_rotating_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
     """For each chord, return its angle at 0, its distance from 0, and its distance from the arc.
 
-    The third value is an upper bound on the distance between the chord and the arc.
+    For the distance between the chord and the arc, an upper bound is returned.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -255,7 +257,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 
 def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
+    """Return the angular velocity of a complex number about 0, or 0 for a number near zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -264,10 +266,10 @@ def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute the projected axis and its time derivative for each column of `times`.
+    """Compute the projection of the body axis and its time derivative for each column of `times`.
 
-    Row i of `times` contains times relative to the state with the index `parent[i]`. The projection
-    is NaN where the integration fails.
+    Row i of `times` contains times relative to state `parent[i]`. The projection is NaN where the
+    integration fails.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)

@@ -1,4 +1,4 @@
-"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], named as in kreisel.events."""
+"""Parsing of events given on the command line as NAME[:ARGUMENT...][:WORD=VALUE...]."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> N
     help="Print a Markdown table with measured costs of a step (METHODS.md).",
 )
 def methods(name: str | None, markdown: bool) -> None:
-    """List the methods of this build, or describe a single method."""
+    """List the methods available in this build, or describe a single method."""
     if markdown:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:

@@ -119,7 +119,7 @@ def main() -> None:
     """Compute the motion of spinning tops.
 
     A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
-    input. The file name - denotes standard output.
+    input. Use - as the file name to write to standard output.
     """
 
 

@@ -22,11 +22,11 @@ _REPORT = "validation.__main__"
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
 @click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open the scene in the interactive viewer in a browser.
+    """Open an interactive viewer of the scene in a browser.
 
     The viewer shows the moving top, lets you change it, and compares methods. The viewer is a
-    single, self-contained HTML file. Its location is printed. Without a browser, save the page with
-    --save and open it on another computer.
+    single, self-contained HTML file. Its location is printed. If no browser is available, save the
+    page with --save and open it on another computer.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):

@@ -86,7 +86,7 @@ def parse_method_list(words: str) -> list[str]:
 
 
 def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
-    """Return a function that completes one of the `known` names or, optionally, a file name."""
+    """Return a function that completes a name in `known` or, optionally, a file name."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -130,7 +130,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def replace_arguments_by_options(message: str, options: Collection[str]) -> str:
-    """Replace arguments in an error message by options, such as step=0.01 by --step 0.01."""
+    """Replace arguments in an error message by options: step=0.01 becomes --step 0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

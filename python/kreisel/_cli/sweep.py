@@ -39,7 +39,7 @@ class _SweepGroup(click.Group):
 
 @click.group("sweep", cls=_SweepGroup)
 def sweep() -> None:
-    """Compute many tops, and store the results in parts: kreisel sweep PLAN --folder FOLDER.
+    """Run a task on many tops, and store the results in parts: kreisel sweep PLAN --folder FOLDER.
 
     The name of the default command `run` can be omitted. To resume an interrupted sweep, repeat the
     command.
@@ -129,7 +129,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
 
 
 def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
-    """Report an uncaught exception of a thread, but ignore InvalidStateError.
+    """Report an uncaught exception in a thread, unless it is an InvalidStateError.
 
     A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
     task was cancelled.

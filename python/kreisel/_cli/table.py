@@ -22,7 +22,7 @@ Row = tuple[float, ...]
 
 
 class AngleOptions:
-    """Options for angles in tables of path quantities.
+    """Options for the representation of angles in tables.
 
     degrees  True: angles are in degrees
     unwrap   True: jumps of whole turns are removed, also between consecutive pieces

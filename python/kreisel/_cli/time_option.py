@@ -1,4 +1,4 @@
-"""Times on the command line: comma-separated numbers and grids start:end:step."""
+"""Times given on the command line as comma-separated numbers and grids start:end:step."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class TimeGrid:
         return self.first + k * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
-        """Return the part of the grid with |time| > |t|."""
+        """Return the times of the grid whose absolute value exceeds |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return TimeGrid(self[k], self.step, self.count - k) if k else self
 
@@ -64,7 +64,7 @@ class Times:
         return self.end if self.one else self.to_array()
 
     def select_later_times(self, t: float) -> Times:
-        """Return the requested times with |time| > |t|."""
+        """Return the requested times whose absolute value exceeds |t|."""
         left = (grid.select_later_times(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 

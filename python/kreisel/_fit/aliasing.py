@@ -21,7 +21,7 @@ _FEW = 4.0  # samples per turn from which an angular velocity is determined
 def list_alternative_spins(
     parameters: Parameters, point: FitPoint, records: Sequence[Record]
 ) -> list[FitPoint]:
-    """Return parameters of motions that make one turn more or one turn less between samples.
+    """Return the parameters of motions with one turn more or one turn less between two samples.
 
     Returns an empty list if the body rotates too slowly to be ambiguous. A faster rotation in the
     same direction is listed only if there are fewer than two samples per turn. If the moments of
@@ -45,7 +45,7 @@ def list_alternative_spins(
 
 
 def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield the axes about which the body rotates fast, with the angular velocities."""
+    """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
@@ -57,7 +57,7 @@ def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[A
 def _list_spins_with_same_momentum(
     p: Parameters, alias: FitPoint, axis: Array, factor: float
 ) -> list[FitPoint]:
-    """Rescale a moment of inertia so that an alternative motion has the original momentum."""
+    """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.is_fitted("moments") and is_principal and 0.0 < factor < np.inf):
@@ -69,7 +69,7 @@ def _list_spins_with_same_momentum(
 
 
 def describe_alternative_spin(point: FitPoint, alias: FitPoint) -> str:
-    """Describe an alternative angular velocity that fits equally well."""
+    """Return a sentence that describes another initial state with an equally good fit."""
     found, other = (float(np.linalg.norm(one.rate)) for one in (point, alias))
     return (
         f"the spin: the records have fewer than {_FEW:g} samples per turn, and the angular "

@@ -140,6 +140,7 @@ def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _make_no_motion_error(session: SearchSession) -> Error:
+    """Return the exception raised by the motion of the first guess."""
     session.check_start_friction()
     try:
         session.solve_initial_scene()

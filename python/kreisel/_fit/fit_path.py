@@ -13,7 +13,7 @@ from .parameters import FitPoint, Parameters
 def solve_fitted_motion(
     parameters: Parameters, pieces: tuple[tuple[float, FitPoint], ...], t: Array
 ) -> Path:
-    """Compute the path of a fitted motion, which may consist of several segments."""
+    """Return the path at increasing times; each state is computed from the start of its segment."""
     scene = parameters.to_scene(next(point for begin, point in pieces if begin == 0.0))
     begins = np.array([begin for begin, _ in pieces])
     owner = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)

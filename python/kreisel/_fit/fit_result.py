@@ -156,6 +156,7 @@ class Fit(ReadOnlyArrays):
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _distance_to_bound(self, k: int) -> float:
+        """Return the distance of parameter k from its bound."""
         return float(self._parameters.compute_distances_to_bounds(self._point)[k])
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
@@ -299,7 +300,7 @@ def make_fit(session: SearchSession) -> Fit:
 def _compute_moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
-    """Return the ratios of the moments of inertia to the last one, with standard deviations."""
+    """Return the ratios of the other moments to the last moment, with standard deviations."""
     if not p.is_fitted("moments"):
         return {}
     *others, last = range(*p.find_columns("moments").indices(p.size))
@@ -336,7 +337,7 @@ def _collect_residuals(
 
 
 def _describe_bounds(p: Parameters, point: FitPoint, natural: Array) -> tuple[str, ...]:
-    """Describe the parameters that have reached their lower bounds."""
+    """Return one sentence for each density, damping or friction parameter that is zero."""
     sentences = []
     distances = p.compute_distances_to_bounds(point)
     for name, columns in (("moments", p.moments), ("damping", p.damping)):

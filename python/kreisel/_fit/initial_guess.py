@@ -66,7 +66,7 @@ class Guess(NamedTuple):
 
 
 class _LinearSolution(NamedTuple):
-    """Solution of the linear equations, determined up to a constant factor."""
+    """Solution of the linear equations; all fields except the vertical share an unknown factor."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -141,7 +141,7 @@ def _make_guess(parameters: Parameters, motion: MotionData, solution: _LinearSol
 
 
 def _transform_to_support_frame(motion: MotionData, turning: Array) -> MotionData:
-    """Transform a motion from the inertial frame to the frame of a rotating support."""
+    """Return the motion relative to a support that initially coincides with the inertial frame."""
     turned = exponential((motion.t[0] - motion.t)[:, None] * turning)
     attitude = multiply_quaternions(turned, motion.attitude)
     rate = motion.rate - turning @ rotation_matrix(attitude)
@@ -155,7 +155,7 @@ def _compute_friction_axis(base: FitPoint) -> Array:
 
 
 def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
-    """Return the samples recorded before the spin about `axis` nearly stops."""
+    """Return the samples of a motion up to the time at which its spin about `axis` nearly stops."""
     spin = np.abs(motion.rate @ axis)
     slow = np.flatnonzero(spin < _STOPPED * spin.max())
     return motion.select_first(int(slow[0])) if slow.size and slow[0] >= FEWEST else motion
@@ -164,7 +164,7 @@ def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _replace_body_by_estimates(
     parameters: Parameters, moments: Array, lever: Array, losses: _LinearSolution | None
 ) -> FitPoint:
-    """Replace the free parameters of the body by estimates."""
+    """Return the parameters of the scene, with the free body parameters taken from a solution."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -193,7 +193,7 @@ def _replace_body_by_estimates(
 def _find_point_through_state(
     parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
 ) -> FitPoint:
-    """Return parameters for which the motion passes through a given state at the time `since`."""
+    """Return the parameters whose motion passes through the given state at the time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.is_fitted("attitude") else point.attitude,
@@ -216,7 +216,7 @@ def _find_point_through_state(
 def _solve_equations(
     motion: MotionData, base: FitPoint, is_heavy: bool, losses: _EnergyLosses
 ) -> _LinearSolution | None:
-    """Solve the homogeneous linear equations by singular value decomposition.
+    """Solve the momentum equation using the singular vector of the smallest singular value.
 
     Returns None if there are too few samples, or if the body has a rotor and its principal axes are
     unknown.
@@ -267,7 +267,10 @@ def _list_equation_columns(
 
 
 def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
-    """Return the components of the support's angular velocity that enter the equations."""
+    """Return the angular-velocity components of the support that the attitudes can transform.
+
+    The components are zero if the motion is relative to the inertial frame.
+    """
     if motion.is_at_rest or motion.source == "gyroscope":
         return np.zeros(3)
     is_upright = motion.source == "vertical"
@@ -299,7 +302,7 @@ def _unpack_linear_solution(
 
 
 def _build_momentum_matrices(rate: Array, is_full: bool) -> Array:
-    """Return matrices that map the components of the inertia tensor to the angular momentum."""
+    """Return matrices of shape (n, 3, k) that map the k independent components of J to J W."""
     made = np.zeros((len(rate), 3, 6 if is_full else 3))
     for k in range(3):
         made[:, k, k] = rate[:, k]
@@ -318,7 +321,7 @@ def _integrate_by_trapezoids(t: Array, values: Array) -> Array:
 
 
 def _match_principal_axes(solution: _LinearSolution, base: FitPoint) -> Array:
-    """Return the estimated principal axes, ordered to match the moments of inertia of the scene.
+    """Return the principal axes of a solution as columns, in the order of the scene's moments.
 
     The signs of the axes are chosen so that the centre of mass is close to that of the scene.
     """
@@ -376,7 +379,7 @@ def _estimate_mean_precession(trace: ApexTrace) -> float:
 
 
 def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Estimate the spin and the torque of gravity from the nutation frequencies of the apex.
+    """Return pairs (a, k), defined below, from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
@@ -432,7 +435,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
-    """Return a projection onto parameter changes that leave the spin and the body unchanged.
+    """Return the projection onto changes of the instruments, and of the state at constant spin.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

@@ -61,7 +61,7 @@ class ApexTrace(NamedTuple):
 
 
 def read_motions(records: Sequence[Record], point: FitPoint) -> list[MotionData]:
-    """Reconstruct motions from the records, with the most complete motion first."""
+    """Return the motions determined by the records, starting with the most complete one."""
     turned = rotation_matrix(point.axes)
     made: list[MotionData] = []
     for record in records:
@@ -86,7 +86,7 @@ def read_motions(records: Sequence[Record], point: FitPoint) -> list[MotionData]
 
 
 def read_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
-    """Compute the directions of the apex from the measurements in the records."""
+    """Return the traces of the apex contained in the records."""
     made = []
     for record in records:
         found = _read_apex_directions(record, point)
@@ -126,7 +126,7 @@ def _read_apex_directions(record: Record, point: FitPoint) -> tuple[Array, Array
 
 
 def _select_longest_gapless_run(t: Array, series: Series) -> tuple[Array, Array]:
-    """Return the longest sequence of complete samples without gaps in time."""
+    """Return the longest sequence of complete rows with distinct times and no gap in time."""
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
@@ -168,7 +168,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Reconstruct a motion from attitudes, with angular velocities from finite differences."""
+    """Return the motion with these attitudes; velocities come from pairs sufficiently far apart."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_compute_relative_rotations(q, 1)), axis=1))
@@ -181,7 +181,7 @@ def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
 
 
 def _compute_relative_rotations(q: Array, stride: int) -> Array:
-    """Return the rotations between attitudes that are `stride` rows apart."""
+    """Return the rotation from each attitude to the attitude `stride` rows later."""
     return multiply_quaternions(conjugate_quaternions(q[:-stride]), q[stride:])
 
 
@@ -197,7 +197,7 @@ def _reconstruct_from_gyroscope(t: Array, rate: Array, vertical: Array | None) -
 
 
 def _find_nearest_vertical(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical direction closest in time to `since[0]`."""
+    """Return the measured vertical whose time is nearest to the first of the times `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None

@@ -42,13 +42,13 @@ _START = ("attitude", "velocity")
 
 
 class SegmentStarts(NamedTuple):
-    """The initial states of all segments; the first also contains all other parameters."""
+    """The initial states of all segments. The first segment also contains all other parameters."""
 
     points: tuple[FitPoint, ...]
 
 
 def choose_segment_count(point: FitPoint, records: Sequence[Record]) -> int:
-    """Choose a number of segments that limits the growth of errors within each segment."""
+    """Return a number of segments for which errors grow little within each segment."""
     times = np.concatenate([record.t for record in records])
     most = max(min(len(np.unique(times)) // _ROWS, _MOST), 1)
     end = float(times[np.abs(times).argmax()])
@@ -111,7 +111,7 @@ class ShootingModel:
         self.rows.append(np.concatenate(rows))
 
     def _list_segment_columns(self) -> list[Indices]:
-        """Return the indices of the Jacobian columns that belong to each segment."""
+        """Return the column indices of the parameters of each segment."""
         made, used = [], self.parameters.size
         for k, model in enumerate(self.models):
             columns = np.empty(model.parameters.size, dtype=np.intp)
@@ -126,7 +126,7 @@ class ShootingModel:
         return made
 
     def start_on_data(self, point: FitPoint, motion: MotionData) -> SegmentStarts:
-        """Take the initial states of the segments from a measured motion."""
+        """Return segments that start on a measured motion, with the other parameters of `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
@@ -135,7 +135,7 @@ class ShootingModel:
         return SegmentStarts(tuple(points))
 
     def start_on_motion(self, point: FitPoint) -> SegmentStarts:
-        """Take the initial states of the segments from the motion computed from `point`."""
+        """Return segments that start on the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
@@ -183,7 +183,7 @@ class ShootingModel:
         return Evaluation(residuals, jacobian)
 
     def _compute_gap_after_segment(self, pieces: SegmentStarts, k: int) -> tuple[Array, Array]:
-        """Return the gap between the segments k and k + 1, with its derivatives."""
+        """Return the gap between segment k and the next one, and its derivatives."""
         end, point, following = self.models[k].end, pieces.points[k], pieces.points[k + 1]
         assert end is not None
         turn = logarithm(multiply_quaternions(conjugate_quaternions(end.q), following.attitude))
@@ -239,11 +239,11 @@ def minimize_by_shooting(
 
 
 def fits_with_gaps(model: ShootingModel, pieces: SegmentStarts, loss: LossName) -> bool:
-    """Return True if the segments fit the measurements when large gaps are allowed."""
+    """Return True if separate segments, which need not join, agree with the records."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _report_nothing, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _report_nothing(_: Minimum) -> None:
-    """Accept a minimum without reporting it."""
+    """Ignore a minimum at which the segments do not join."""

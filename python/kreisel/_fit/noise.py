@@ -17,7 +17,7 @@ MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its 
 
 
 def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
-    """Return the standard deviations of all measurements, estimating those that are unknown."""
+    """Return the standard deviations of each series, either given or estimated from its values."""
     made: list[Array] = []
     for record in records:
         for series in record.series:
@@ -30,7 +30,7 @@ def estimate_initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
 
 
 def _estimate_noise(series: Series) -> float:
-    """Estimate the noise of a series of measurements from second differences."""
+    """Return the noise level of a series, estimated from second differences of its values."""
     values = series.values[series.measured.all(axis=1)]
     if len(values) < _FEWEST:
         return _UNKNOWN * series.spread

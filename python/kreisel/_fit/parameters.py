@@ -87,7 +87,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class FitPoint:
-    """The values of all parameters; vectors have components along the principal axes.
+    """The values of all parameters, free or not; vectors have principal-axis components.
 
     attitude     quaternion from the principal axes to space
     rate         angular velocity relative to the support
@@ -172,7 +172,7 @@ class FitPoint:
         )
 
     def shift_shaking_phase(self, t: float) -> Vector | None:
-        """Return the `shaking` parameters with the phase advanced to the time `t`."""
+        """Return the shaking for a scene that starts at the time t of the motion."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -186,7 +186,7 @@ class FitPoint:
 
 
 def convert_scene_to_point(scene: Scene) -> FitPoint:
-    """Convert a scene to the parameters of a fit."""
+    """Return the parameters of a scene."""
     body = scene.body
     moments = np.array(body.moments)
     densities = 0.5 * moments.sum() - moments  # negative for an unphysical body
@@ -212,13 +212,13 @@ def convert_scene_to_point(scene: Scene) -> FitPoint:
 
 
 def _is_physical(point: FitPoint) -> bool:
-    """Return True if a rigid body can have the given moments of inertia and centre of mass."""
+    """Return True if some mass distribution has these moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
 
 def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
-    """Parse the names of the free parameters; "start" stands for the attitude and the velocity."""
+    """Return the free parameter blocks in a fixed order; "start" means attitude and velocity."""
     given = [free] if isinstance(free, str) else free
     if not isinstance(given, Iterable):
         raise TypeError(f"free must be names such as ('start', 'moments'), not {short_repr(free)}")
@@ -279,7 +279,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_differentiability(self, length: float) -> None:
-        """Raise ValueError if friction or a shaken support cannot be fitted."""
+        """Raise ValueError if the support or friction makes derivatives impossible."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -333,7 +333,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        """Move a point by `step`, and clip the result to the bounds of the parameters."""
+        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -363,7 +363,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: FitPoint) -> Array:
-        """Return equivalent `shaking` parameters with a positive rate."""
+        """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -400,7 +400,7 @@ class Parameters:
         return made
 
     def estimate_scales(self, point: FitPoint, span: float) -> Array:
-        """Return the typical magnitude of a change of each parameter.
+        """Return the magnitude that counts as a significant change of each parameter.
 
         span  the length of the records [T]
         """
@@ -439,7 +439,7 @@ class Parameters:
         return made
 
     def build_differentiable_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
-        """Build a scene for which all required derivatives exist.
+        """Return the scene in its principal axes, with positive friction if the friction is free.
 
         Friction is positive in this scene, because derivatives with respect to friction do not
         exist at zero.
@@ -456,7 +456,7 @@ class Parameters:
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
-        """Build a scene from the parameters, in the frame of description chosen by the user.
+        """Return the scene for a point, in the frame of description of the user's body.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
@@ -541,7 +541,7 @@ class Parameters:
         return [f"{head}_{_AXES[k] if count == 3 else k}" for k in range(count)]
 
     def _evaluate_parameter_group(self, name: str, point: FitPoint, rows: Array) -> Array:
-        """Return the values of a group of parameters, and write their derivatives to `rows`."""
+        """Return the values of a block of the motion, and write their derivatives to `rows`."""
         turned = rotation_matrix(point.axes)
         at = self.find_columns(name)
         if name == "attitude":

@@ -47,7 +47,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotionPredictor:
-    """The states of a motion and their derivatives, described in the principal axes.
+    """The states of a motion in principal axes, and their derivatives (tangents).
 
     block      the scene of the point, for the core
     states     (n, 8)
@@ -158,7 +158,7 @@ class MotionPredictor:
         return Prediction(seen.values @ self.rotation_to_described_frame.T, by, rate)
 
     def _predict_specific_force(self, place: Array) -> Prediction:
-        """Predict the readings of an accelerometer at the position `place`."""
+        """Return W' x r + W x (W x r) + g V at the position r, where V is the vertical."""
         change = self._transform_to_described_frame(self._predict_inertial_acceleration())
         rate = self._transform_to_described_frame(self._predict_inertial_velocity())
         up = self._transform_to_described_frame(self._call_core("body_vertical"))
@@ -187,7 +187,7 @@ class MotionPredictor:
         return Prediction(found, by, along)
 
     def _differentiate_vertical_acceleration(self, t: Array) -> Iterator[tuple[str, Array]]:
-        """Yield derivatives of the vertical acceleration with respect to gravity and shaking."""
+        """Yield the derivatives of the acceleration along -e3, one for each free parameter."""
         if self.parameters.is_fitted("gravity"):
             yield "gravity", np.ones((len(t), 1))
         if self.parameters.is_fitted("shaking"):
@@ -203,7 +203,7 @@ class MotionPredictor:
 
     @cached_property
     def _support_angular_velocity(self) -> Prediction:
-        """The angular velocity of the support, with components along the principal axes."""
+        """The angular velocity of the support, in principal-axis components."""
         rotation = rotation_matrix(self.q)
         found, by = self.point.turning @ rotation, np.empty((len(rotation), 0, 0))
         if self.tangents.shape[2]:

@@ -41,7 +41,7 @@ class Evaluation(NamedTuple):
 
 
 class SegmentEndState(NamedTuple):
-    """Attitude and angular momentum at the end of a segment, with their derivatives."""
+    """The attitude q and angular momentum m at the end of a segment, and their derivatives."""
 
     q: Array
     m: Array
@@ -53,7 +53,7 @@ Indices = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 @dataclass(frozen=True, eq=False)
 class ResidualRows:
-    """The measurements of one quantity, and their position in the residual vector.
+    """A series of a record, and its rows in the residual vector.
 
     record  the index of the record
     series  the measurements
@@ -79,14 +79,14 @@ class ResidualRows:
         return slice(self.begin, self.begin + self.shape[0] * self.shape[1])
 
     def select_series_residuals(self, residuals: Array) -> Array:
-        """Return the residuals as an array with one row per measurement time."""
+        """Return the residuals of the series, as an array of shape (n, width)."""
         return residuals[self.residual_slice].reshape(self.shape)
 
 
 def assign_residual_rows(
     records: Sequence[Record], sigmas: Sequence[Array]
 ) -> tuple[ResidualRows, ...]:
-    """Assign rows of the residual vector to each measured quantity."""
+    """Return a Rows object for each series of the records, given the standard deviations."""
     made: list[ResidualRows] = []
     begin = 0
     for i, record in enumerate(records):
@@ -140,7 +140,7 @@ class ResidualModel:
         return self.parameters.compute_distances_to_bounds(point)
 
     def evaluate(self, point: FitPoint, has_jacobian: bool = True) -> Evaluation:
-        """Evaluate the residuals, which are infinite if the motion cannot be computed."""
+        """Return the residuals at a point; they are infinite if no path can be computed there."""
         try:
             return self._evaluate(point, has_jacobian)
         except (Error, ValueError, np.linalg.LinAlgError):
@@ -178,13 +178,13 @@ class ResidualModel:
         return Evaluation(residuals, jacobian)
 
     def _merge_measurement_times(self, times: Array) -> tuple[Array, list[Indices]]:
-        """Return the distinct measurement times, and the index of each measurement among them."""
+        """Return the distinct times of all records, and the indices of each record's times."""
         distinct, inverse = np.unique(times, return_inverse=True)
         ends = np.cumsum([len(record.t) for record in self.records])
         return distinct, np.split(inverse, ends if self._end_time else ends[:-1])
 
     def _correct_clock_delays(self, point: FitPoint) -> tuple[Array, list[Indices]]:
-        """Correct the measurement times for the clock delays of the instruments."""
+        """Return the measurement times of the instruments on the clock of the motion."""
         delays = [point.instruments.get(("delay", i, "")) for i in range(len(self.records))]
         if all(delay is None for delay in delays):
             return self._unshifted
@@ -227,7 +227,7 @@ class ResidualModel:
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
     def _compute_scene_jacobian(self, point: FitPoint) -> Array:
-        """Return the Jacobian matrix of the scene attributes with respect to the fit parameters."""
+        """Return the Jacobian matrix of the scene's attributes with respect to the parameters."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
@@ -264,7 +264,7 @@ class ResidualModel:
 
 
 class _ResidualBuilder:
-    """The residuals of one measured quantity, and their derivatives."""
+    """The residuals of one series at one point, and their derivatives."""
 
     def __init__(self, rows: ResidualRows, motion: MotionPredictor, place: Array | None) -> None:
         self.rows, self.motion = rows, motion
@@ -280,12 +280,12 @@ class _ResidualBuilder:
         )
 
     def _find_instrument_value(self, name: str) -> Array | None:
-        """Return the value of an instrument property, or None if the instrument lacks it."""
+        """Return a property of the instrument that measured the series, or None if it has none."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
     def _find_instrument_columns(self, name: str) -> slice | None:
-        """Return the columns of an instrument property, or None if the property is fixed."""
+        """Return the columns of a property of the instrument, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 

@@ -140,7 +140,10 @@ class SearchSession:
             solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_start_friction(self) -> None:
-        """Raise ValueError if the fit fails because dry friction holds the top at rest."""
+        """Raise ValueError if no motion fits and friction holds the top in its initial state.
+
+        Many different earlier motions can end in this state.
+        """
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
         try:
@@ -169,7 +172,7 @@ class SearchSession:
             )
 
     def check_segment_count(self, pieces: int | None) -> None:
-        """Raise ValueError if there are fewer than two measurement times per segment."""
+        """Raise ValueError if the records have fewer than two times per segment."""
         most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
         if pieces is not None and pieces > most:
             raise ValueError(
@@ -209,14 +212,14 @@ class SearchSession:
         self._try_alternative_spins()
 
     def _divide_chaotic_motion(self, point: FitPoint) -> None:
-        """Fit the motion in segments if errors grow too fast for a single segment."""
+        """Divide the best motion into segments if errors grow too much for linearization."""
         count = choose_segment_count(point, self.records)
         if count >= _CHAOTIC:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             self._minimize_by_shooting(model, model.start_on_motion(point), np.inf)
 
     def _search_from_guesses(self, guesses: list[Guess]) -> None:
-        """Try the initial guesses, best one first, until the fit is excellent."""
+        """Search from the guesses, starting with the one that agrees best with the records."""
         points = [(*self._measure_agreement(p), p) for p in map(self._refine_guess, guesses)]
         points.sort(key=lambda entry: (-entry[0], entry[1]))
         for agreement, _, point in points:
@@ -230,7 +233,7 @@ class SearchSession:
             self._search_slowly_growing_parts(points[0][2])
 
     def _search_slowly_growing_parts(self, point: FitPoint) -> None:
-        """Fit slowly growing parts of the measurements, starting from the body of the scene.
+        """Search from the body of the scene, fitting slowly growing parts of the records.
 
         Slow growth prevents the search from losing the phase of an oscillation. Moments of inertia
         estimated from noisy data are biased, which would shift the frequencies.
@@ -246,7 +249,7 @@ class SearchSession:
         self._search_from_point(own, 0.0)
 
     def _refine_guess(self, guess: Guess) -> FitPoint:
-        """Refine an initial guess within its allowed subspace, and return the result."""
+        """Refine an initial guess along its allowed directions, and return the resulting point."""
         if guess.allowed is None:
             return guess.point
         return self._fit_roughly(SubspaceModel(self.model, guess.allowed), guess.point)
@@ -281,19 +284,21 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical residual in standard deviations, or 0 if noise explains it."""
+        """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
 
     def _make_settings(self, ftol: float, model: ResidualModel, limit: int) -> SearchSettings:
+        """Return the settings of a search that reports each minimum it finds."""
+
         def report(found: Minimum) -> None:
             self._store_if_best(found, model)
 
         return SearchSettings(self.loss, limit, ftol, report)
 
     def _store_if_best(self, found: Minimum, model: ResidualModel) -> None:
-        """Store a minimum as the best solution if its cost is not higher, and report progress."""
+        """Store a minimum for the complete records if it is the best so far; report progress."""
         self._report_cost(found.cost)
         if self.best is None or found.cost <= self.best.cost:
             point = found.point
@@ -306,7 +311,7 @@ class SearchSession:
             self.progress(self.evaluations + self.model.evaluations, cost / self.dof)
 
     def _search_from_point(self, point: FitPoint, agreement: float) -> None:
-        """Search from a point, fitting successively longer parts of the records."""
+        """Search from a point, starting with the parts of the records that agree with it."""
         before = self.best
         point = self._fit_growing_time_spans(point, agreement)
         settings = self._make_settings(_FTOL, self.model, self.limit)
@@ -318,7 +323,7 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _align_com_with_scene(self) -> None:
-        """Reverse the centre of mass if it points opposite to that of the scene.
+        """Reverse the centre of mass and the vertical if the former points opposite to the scene's.
 
         The vertical is reversed too, so body-mounted instruments give the same readings.
         """
@@ -332,7 +337,7 @@ class SearchSession:
             self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _align_heading_with_scene(self) -> None:
-        """Rotate the best solution about the vertical to match the scene's direction of `turning`.
+        """Rotate the best solution about the vertical so that its `turning` matches the scene's.
 
         Body-mounted instruments cannot detect this rotation.
         """
@@ -349,7 +354,7 @@ class SearchSession:
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _try_equivalent(self, best: Solution, twin: FitPoint) -> None:
-        """Replace the best solution by an equivalent one if the fit is equally good."""
+        """Replace the best solution by the equivalent point `twin` if it fits as well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
@@ -357,7 +362,7 @@ class SearchSession:
             self.best = Solution(twin, *evaluation, natural, cost, best.has_converged)
 
     def _try_alternative_spins(self) -> None:
-        """Try alternative spins that may fit equally well, and keep a better result."""
+        """Search from spin aliases that may fit equally well; keep a clearly better result."""
         best = self.best
         if best is None or best.cost > _RELATED * self.dof:
             return
@@ -418,14 +423,14 @@ class SearchSession:
         return found.point
 
     def _build_model_until(self, horizon: float) -> ResidualModel | None:
-        """Return a model of the measurements with |t| <= horizon, or None if there are too few."""
+        """Return the residual model for |t| <= horizon, or None if measurements are too few."""
         records, sigmas = self._select_records_until(horizon)
         if sum(record.size for record in records) < self.parameters.size:
             return None
         return ResidualModel(self.parameters, records, sigmas)
 
     def _select_records_until(self, horizon: float) -> tuple[list[Record], list[Array]]:
-        """Return the measurements with |t| <= horizon, and their standard deviations."""
+        """Return the records restricted to |t| <= horizon, and their standard deviations."""
         records, sigmas, own = [], [], iter(self.sigmas)
         for record in self.records:
             low = int(np.searchsorted(record.t, -horizon))
@@ -435,7 +440,7 @@ class SearchSession:
         return records, sigmas
 
     def _measure_agreement(self, point: FitPoint) -> tuple[float, float]:
-        """Return how long a motion agrees with the measurements, and its cost.
+        """Return the time up to which a motion agrees with the records, and its cost.
 
         The cost is computed with the soft loss.
         """
@@ -449,7 +454,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Try to fit the motion in at least `least` segments, and keep any better result."""
+        """Search with the motion in at least `least` segments; keep a clearly better result."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -475,11 +480,15 @@ class SearchSession:
         return [guess for _, _, guess in sorted(found, key=lambda entry: (-entry[0], entry[1]))]
 
     def _has_agreeing_guess(self, guesses: list[Guess]) -> bool:
-        """Return True if any guess agrees with all measurements."""
+        """Return True if the motion of any guess agrees with all records.
+
+        In this case, the motions of other guesses may appear chaotic only because these guesses are
+        wrong.
+        """
         return any(self._measure_agreement(guess.point)[0] >= self._end for guess in guesses)
 
     def _fits_segments(self, guess: Guess, count: int) -> bool:
-        """Return True if the first few segments fit the records when gaps are allowed."""
+        """Return True if segments with large gaps can fit a part of the records."""
         records, sigmas = self._select_records_until(self._end * _PIECES_TRIED / count)
         if sum(record.size for record in records) < self.parameters.size or guess.motion is None:
             return True
@@ -573,7 +582,7 @@ class SearchSession:
 
 
 def _find_disagreement_time(rows: ResidualRows, found: Evaluation, t: Array) -> float:
-    """Return the first time at which the measurements clearly differ from the model."""
+    """Return the first time at which the residuals of a series exceed a fraction of its spread."""
     measured = rows.is_measured.any(axis=1)
     if not measured.any():
         return np.inf

@@ -78,7 +78,7 @@ _NONLINEAR = 0.3  # deviation of the rise of chi2 along one sigma that is mentio
 
 
 def format_summary(fit: FitValues) -> str:
-    """Return the summary as text, with the parameters in a table."""
+    """Return the summary: a row for each parameter, then sentences about the quality of the fit."""
     rows = _list_table_rows(fit)
     width = max(len(name) for name, *_ in rows)
     lines = [f"  {name:<{width}}  {value} {unit}".rstrip() for name, value, unit in rows]
@@ -102,7 +102,7 @@ def _format_head(fit: FitValues) -> str:
 
 
 def _list_table_rows(fit: FitValues) -> list[tuple[str, str, str]]:
-    """Return table rows with the name, value and unit of each parameter."""
+    """Return the name, value with error, and unit of each parameter and moment ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")

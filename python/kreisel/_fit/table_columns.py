@@ -60,7 +60,7 @@ def _parse_field(file: str, row: int, word: str) -> float:
 
 
 def read_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
-    """Return the columns of a data frame, including a named index of times."""
+    """Return the columns of a data frame, and its index if the index is named `t`."""
     if not hasattr(frame, "columns") or not hasattr(frame, "index"):
         raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")
     table = {str(name): np.asarray(frame[name]) for name in frame.columns}

@@ -76,7 +76,7 @@ class Spectrum:
         return covariance, errors
 
     def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
-        """Draw n random parameter changes from the fitted normal distribution."""
+        """Return n random steps of all parameters, without components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 
@@ -123,7 +123,7 @@ def compute_statistics(
 
 
 def _correlate_neighbours(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
-    """Return the mean correlation of neighbouring residuals for each measured component."""
+    """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
         values, measured = one.select_series_residuals(residuals), one.is_measured

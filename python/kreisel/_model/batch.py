@@ -53,7 +53,7 @@ class Batch(Generic[_M]):
     def _apply_to_columns(
         self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]
     ) -> Self:
-        """Return a copy of the batch with `change` applied to each column."""
+        """Return the batch obtained by applying `change` to each column."""
         made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -145,7 +145,7 @@ class Batch(Generic[_M]):
         )
 
     def _select_with_arrays(self, key: object) -> _M | Self:
-        """Return the members selected by index arrays or masks."""
+        """Return the member or the batch selected by index arrays or masks."""
         order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._select_member(tuple(map(int, np.unravel_index(int(order), self.shape))))
@@ -167,7 +167,7 @@ class Batch(Generic[_M]):
     def _select_flat_members(
         self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]
     ) -> Self:
-        """Return a batch of the members with the given flat indices."""
+        """Return the batch of the members with the flat indices `order` (in C order)."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 

@@ -320,7 +320,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _nearby_kind_message(self) -> str:
-        """A message that names an integrable case close to this body, or an empty string."""
+        """Text about a kind to which the body is close (relative deviation 1e-8 or less), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0
@@ -370,7 +370,7 @@ class ThinRods(Body):
 def _build_body_from_parts(
     mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body
 ) -> Body:
-    """Build a body from its parts, or ThinRods if all parts are rods on one line."""
+    """Build the body formed by the given parts, or ThinRods if all parts are rods on one line."""
     unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
         least, _, largest = sorted(principal_moments(tensor))

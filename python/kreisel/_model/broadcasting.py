@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_first_error(self, bad: Any, validate: Validator) -> None:
-        """Raise the exception of `validate` for the first value marked in `bad`."""
+        """Raise the exception for the first value where `bad` is True, quoting its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.make_error_at(index, validate)

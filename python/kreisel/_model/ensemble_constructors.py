@@ -119,7 +119,7 @@ class EnsembleConstructors(EnsembleStorage[S]):
 
     @classmethod
     def _compute_frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return quaternions computed from the Euler angles of unrotated bodies."""
+        """Return the quaternions that correspond to the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))

@@ -40,7 +40,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class EnsembleStorage(Batch[S]):
-    """Base class of kr.Ensemble that validates and stores the parameters."""
+    """The data of kr.Ensemble: bodies, and columns of initial states and environments."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies
@@ -243,7 +243,7 @@ class EnsembleStorage(Batch[S]):
 
 
 def _count_value_dimensions(name: str) -> int:
-    """Return the number of dimensions of one value of a parameter."""
+    """Return the number of dimensions of a single value in a column."""
     return int(name not in ("gravity", "friction"))
 
 
@@ -290,7 +290,7 @@ def make_member_error(
 
 
 def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Parse the parameter that determines the angular momentum.
+    """Return the single given parameter that determines the momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.

@@ -27,7 +27,7 @@ def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, 
 
 
 def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
-    """Return the sum a + low + b as a double and a low-order word (Knuth's two-sum)."""
+    """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
     total = a + b
     part = total - a
     rest = ((a - (total - part)) + (b - part)) + low

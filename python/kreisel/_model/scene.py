@@ -119,7 +119,7 @@ class Scene:
         kept["turning"], kept["shaking"], kept["friction"], kept["_block"] = u, s, f, block
 
     def __repr__(self) -> str:
-        """Return the constructor call as text, omitting zero friction and a support at rest."""
+        """Return the constructor call as text, omitting a support at rest."""
         words: dict[str, object] = dict(self._list_constructor_arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
@@ -156,7 +156,7 @@ class Scene:
 
     @property
     def _has_only_gravity(self) -> bool:
-        """True if the body has no rotor and moves under gravity alone."""
+        """True if the body has no rotor, and only gravity acts."""
         return not self._has_disturbances and not any(self.body.rotor)
 
     @property
@@ -165,7 +165,7 @@ class Scene:
 
     @cached_property
     def _rotation_rate(self) -> float:
-        """Estimated magnitude of the angular velocity [T^-1]."""
+        """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
         weight = self.body.mass * (abs(self.gravity) + abs(amplitude) * rate * rate)
@@ -176,6 +176,7 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
+        """A time [T] up to which `check_horizon` is certain to raise no error."""
         return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property

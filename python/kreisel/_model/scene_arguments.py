@@ -77,13 +77,13 @@ def check_and_parse(
 def _convert_velocity_to_momentum(
     body: Body, name: str, q: Quaternion, value: Vector, turning: Vector
 ) -> Vector:
-    """Compute the angular momentum of a top from its angular velocity."""
+    """Return the angular momentum of a top, given its angular velocity `value`."""
     rotor = _replace_positive_zeros(body.principal_rotor) if any(body.rotor) else None
     moving = _replace_positive_zeros(turning) if any(turning) else None
     return angular_momentum(name, body.moments, body.axes, q, value, rotor, moving)
 
 
 def _replace_positive_zeros(vector: Vector) -> Vector:
-    """Replace zero components of a vector by -0.0."""
+    """Return the vector with zero components replaced by -0.0."""
     x, y, z = vector
     return x or -0.0, y or -0.0, z or -0.0

@@ -92,7 +92,7 @@ class _EnergySurface(NamedTuple):
         return made
 
     def find_min_potential(self) -> float:
-        """Return the global minimum of the potential U."""
+        """Return the minimum of U, found by refining the best grid points with Newton's method."""
         P = _convert_to_sphere_points(*_list_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
@@ -231,7 +231,7 @@ def _list_grid_starts(
 def _draw_random_starts(
     surface: _EnergySurface, n: int, seed: int, least: float
 ) -> tuple[Array, Array]:
-    """Draw random vertical directions P and angles alpha on the energy surface."""
+    """Return random vertical directions, in principal axes, and random angles alpha."""
     cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
@@ -280,7 +280,7 @@ class _SphereCells(NamedTuple):
         return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def compute_centres_and_radii(self) -> tuple[Array, Array]:
-        """Return the centres of the cells, and bounds on their angular radii."""
+        """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -327,7 +327,7 @@ def _compute_shortest_rotations(P: Array) -> Array:
 
 
 def _list_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the heights and azimuths of the centres of cells with equal area on the sphere."""
+    """Return the heights and angles of the centres of equally large cells on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()

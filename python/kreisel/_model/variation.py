@@ -121,7 +121,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _compute_euler_state(scene: Any) -> _EulerState:
-    """Return the Euler angles and rates of a scene at t = 0."""
+    """Return the Euler angles and rates at t = 0; rates at rounding level are set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
@@ -185,7 +185,7 @@ def _make_parameter_in_degrees(name: str, radian: float, degrees: bool) -> Param
 
 
 def _parse_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Compute the Euler angles and rates for varied angles or rates.
+    """Return the parameters `given`, and the Euler angles and rates.
 
     Parameters that do not vary are taken from the scene.
     """
@@ -277,7 +277,7 @@ def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
 
 
 def _compose_with_rotation_vectors(q: Four, r: Components) -> Four:
-    """Compose each attitude in `q` with a preceding rotation by the vector in `r`."""
+    """Return the attitudes of bodies rotated first by the rotation vectors `r`, then by `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

@@ -21,8 +21,8 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 class _TorusFormCosts(NamedTuple):
     """The cost of a closed form, in units of one step of the Taylor series.
 
-    The parameters were chosen with the program validation/studies/set_up_times.py. The closed form
-    is slower than the Taylor series in about 1 % of the cases in which it is chosen.
+    The cost parameters were chosen with the program validation/studies/set_up_times.py. The closed
+    form is slower than the Taylor series in about 1 % of the cases in which it is chosen.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
@@ -52,8 +52,8 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 def compute_largest_certificate(scene: Scene, t: object) -> float:
     """Return the largest error bound (certificate) for which method='auto' uses a closed form.
 
-    Returns 0.0 if method='auto' uses the Taylor series in any case. Raises TypeError or ValueError
-    if the times `t` are invalid.
+    Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises
+    TypeError or ValueError if the times `t` are invalid.
     """
     if _is_too_short_for_closed_form(scene, t):
         return 0.0
@@ -78,11 +78,11 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     """Return the reason why method='auto' does not use the closed form of a top, or None.
 
     The closed form is used if it is neither slower nor less accurate than the Taylor series. The
-    choice depends only on the arguments, not on the speed of the machine. `times` is None if the
-    requested times are unknown.
+    choice of method depends only on the arguments, not on the speed of the machine. `times` is None
+    if the requested times are unknown.
 
-    The costs are compared only for single scenes. In an ensemble, the method of each top depends
-    only on its scene. See "Ensembles" in docs/theory/closed_form.md.
+    The costs of the two methods are compared only for single scenes. In an ensemble, the method
+    chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
     """
     reason, allowed = _decide_on_closed_form(scene, times)
     if reason:
@@ -93,9 +93,9 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
+    """Return the reason for using the Taylor series, and the largest certificate allowed.
 
-    The reason is empty if the closed form may be used.
+    The reason is an empty string if the closed form may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._has_disturbances or not methods[EXACT].suits(scene):
@@ -132,7 +132,7 @@ def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
 def _estimate_steps(scene: Scene, end: float) -> float:
     """Estimate the number of steps that the Taylor series needs to reach the time `end`.
 
-    The estimate is proportional to the angular velocity or, for slow tops, to the pendulum
+    The estimated number is proportional to the angular velocity or, for slow tops, to the pendulum
     frequency. For random tops, the actual number of steps is between 0.8 and 4 times the estimate.
     """
     body = scene.body

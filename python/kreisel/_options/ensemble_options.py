@@ -116,7 +116,7 @@ def format_index(index: Index) -> str:
 
 
 def unravel_index(i: int, shape: Shape) -> Index:
-    """Return the multi-dimensional index of member i (in C order) in an ensemble."""
+    """Return the multi-dimensional index of an ensemble member, given its index in C order."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
@@ -183,7 +183,7 @@ _COMPONENTS = {
 
 @lru_cache
 def list_components(name: str) -> list[tuple[str, int]]:
-    """Return the components with a given name as pairs of a quantity and an index.
+    """Return all components with the given name, as pairs (quantity, index).
 
     The name of a quantity denotes all of its components.
     """
@@ -291,7 +291,7 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError if the times of a top are not monotonic.
 
-    `first` is the index of the first top.
+    `first` is the index, in the ensemble, of the top in the first row.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0

@@ -25,7 +25,7 @@ FALLBACK: Final = "taylor"
 
 @dataclass(frozen=True)
 class Method:
-    """A method of integration, or the closed form.
+    """An integration method, or the closed form.
 
     order      p if the error of a path is proportional to step^p; 0 if the method chooses p
     conserves  the invariants that the method conserves up to rounding
@@ -64,7 +64,7 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """True if the method supports more digits than double precision."""
+        """True if the method can compute in more than double precision."""
         return bool(self.flags & FLAGS["digits"])
 
     @property
@@ -142,8 +142,8 @@ class Method:
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to `scene`.
 
-        Without gravity, there is a closed form for any body without a rotor. Few methods apply to
-        tops with damping, friction, or a moving support.
+        In the absence of gravity, the motion of any body without a rotor has a closed form. Few
+        methods apply to tops with damping, friction, or a moving support.
         """
         plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
@@ -200,16 +200,16 @@ def describe_kind(scene: Scene) -> str:
 
 
 def has_torus(scene: Scene) -> bool:
-    """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
+    """Return True if the scene is a Kowalewski or Goryachev-Chaplygin top under gravity.
 
-    Setting up a closed form on a torus takes as long as many steps of the Taylor series.
+    Setting up a closed form on a torus is as expensive as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why a scene has no closed form."""
+    """Return the reason why the motion of a scene has no closed form."""
     if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):

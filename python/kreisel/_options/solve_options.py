@@ -28,11 +28,11 @@ CoreArguments = tuple[str, float, float, int, int, bool]
 class SolveOptions:
     """The validated arguments of kreisel.solve, except the scene and the times.
 
-    An argument is None if the method has no such parameter or uses its default. If `error` is
-    given, method='geometric' replaces `method` by the cheapest suitable method. `events` contains
-    kreisel.events.Event objects. `tangents` contains the names of the parameters with respect to
-    which the state is differentiated. `keeps_heading` is True if the support turns, because the
-    motion then depends on the heading.
+    An argument is None if the method has no such parameter, or if its default is used. If `error`
+    is given, the cheapest suitable method is found by a search and replaces `method`. `events`
+    contains kreisel.events.Event objects. `tangents` contains the names of the parameters with
+    respect to which the state is differentiated. `keeps_heading` is True if the support turns,
+    because the motion then depends on the heading.
     """
 
     method: Method
@@ -86,7 +86,7 @@ class SolveOptions:
         return self.core[-1]
 
     def with_heading(self) -> SolveOptions:
-        """Return a copy of the options with which the heading is computed."""
+        """Return a copy of these options that makes the solver compute the heading."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
@@ -106,7 +106,7 @@ class SolveOptions:
 
     @property
     def has_extended_precision(self) -> bool:
-        """True if the states are recorded with more digits than double precision."""
+        """True if the states are recorded in more than double precision."""
         return (self.digits or 0) > 16
 
     def get_signed_step(self, is_back: bool) -> float | None:

@@ -46,7 +46,7 @@ def parse_time_list(t: object) -> Array:
 def time_grid(
     end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
 ) -> Array:
-    """Return the times of every `every`-th step or, if `every` is None, only `begin` and `end`."""
+    """Return times at intervals of `every` steps, or only `begin` and `end` if `every` is None."""
     if step is None or every is None:
         return np.array([begin, end])
     return _make_grid(end, step, every, size + 8, begin)
@@ -84,7 +84,7 @@ def iterate_time_chunks(
     after: float | None,
     begin: float = 0.0,
 ) -> Iterator[Array]:
-    """Return the requested times in chunks of `size` times each.
+    """Return the requested times in chunks of length `size`.
 
     `t` may also be an infinite iterator. If `t` is a number, the steps start at the time `begin`,
     and times up to `after` are omitted.
@@ -107,7 +107,7 @@ def iterate_time_chunks(
 def parse_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return the direction of time as a flag (True if backwards), and the times in chunks."""
+    """Return True if time runs backwards, or False otherwise, and the times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -120,7 +120,7 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return the direction of time as a flag (True if backwards), and the times.
+    """Return True if time runs backwards, or False otherwise, and the times.
 
     An iterator is read up to its first nonzero time. The returned iterator also includes the times
     that have been read.
@@ -165,7 +165,7 @@ def _compute_grid_times(steps: R, step: float, begin: float) -> R:
 
 
 def _make_grid(end: float, step: float, every: int, size: int, begin: float) -> Array:
-    """Return the times of every `every`-th step from `begin` to `end`."""
+    """Return the times from `begin` to `end` at intervals of `every` steps."""
     steps = _count_steps(end, step, begin)
     states = steps // every + 1
     check_memory(states, size)
@@ -190,7 +190,7 @@ def _split_grid_into_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if `states` states of `size` bytes each would not fit into memory."""
+    """Raise MemoryError if the given number of states, of `size` bytes each, exceeds the memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(

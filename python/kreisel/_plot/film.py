@@ -157,7 +157,7 @@ def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, floa
 def _find_floor(quads: Array, q: Array, apex: Array) -> float:
     """Return the height of a floor that lies below the body and the trace of its apex.
 
-    If the body always stays above the fixed point, the floor is at the height 0.
+    If the body always stays above the fixed point, the floor is at height 0.
     """
     corners = np.unique(quads.reshape(-1, 3), axis=0)
     lowest = min(float((corners @ _rotation_matrix(one)[2]).min()) for one in q)
@@ -231,8 +231,8 @@ def _time_limits(t: Array) -> tuple[float, float]:
 def _body_faces(body: Body) -> tuple[Array, Array, float]:
     """Return the faces of a body, their colours, and the line width of their outlines [pt].
 
-    The corners are given in the frame of description, scaled to fit into the unit sphere. The
-    outlines of a body of revolution have the width 0.
+    The corners are given in the frame of description, after scaling the body to fit into the unit
+    sphere. The outlines of a body of revolution have width 0.
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _rotation_matrix(np.array(body.axes)).T

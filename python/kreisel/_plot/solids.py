@@ -96,9 +96,9 @@ def draw_tube(
 ) -> None:
     """Draw a tube of elliptical cross-section along a curve through n points.
 
-    The axes of the ellipse are parallel to the unit vectors in `normals`, which has the shape (n,
-    2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the length
-    `thickness`.
+    The axes of the ellipse are parallel to the unit vectors in `normals`, an array of
+    shape (n, 2, 3). The axes of the ellipse have the ratio `section`, and the major axis has the
+    length `thickness`.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
@@ -181,8 +181,8 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     """Return the half-edge lengths, centre and axes of a homogeneous cuboid.
 
     The cuboid has the given principal moments of inertia about the fixed point. If no cuboid has
-    these moments, the mass is increased while mass * com is kept constant. Of all possible masses,
-    the one with the largest cuboid is used.
+    these moments, the mass is increased while mass * com is kept constant. The increased mass is
+    chosen so as to make the cuboid as large as possible.
     """
     best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:
@@ -224,8 +224,8 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
 def body_of_revolution(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces of a body of revolution about the third axis, together with their colours.
 
-    `radius` and `half` are the radius and half-length of a cylinder centred at the height `height`.
-    If `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
+    `radius`, `half` and `height` are the radius, half-length and centre height of a cylinder. If
+    `tip` is True, the cylinder is replaced by a spinning top of similar size that stands on the
     origin. A bright sector makes the spin visible.
     """
     low = height - half
@@ -265,10 +265,11 @@ def _spline_points(points: list[tuple[float, float]]) -> list[tuple[float, float
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
-    """Return the faces of a solid that represents a body, in principal axes, and their colours.
+    """Return the faces of a solid that represents a body, and their colours.
 
     A body with an axis of symmetry through its centre of mass is drawn as a spinning top or a
-    cylinder. Any other body is drawn as a cuboid.
+    cylinder. Any other body is drawn as a cuboid. The corners of the faces are given in principal
+    axes.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

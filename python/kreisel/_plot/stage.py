@@ -1,4 +1,4 @@
-"""The scenery around a moving body: a floor, the sphere of the apex, a stand and a soft shadow.
+"""The scenery around a moving body: a floor, the unit sphere, a stand and a soft shadow.
 
 The colours match those of the interactive viewer.
 """
@@ -45,7 +45,7 @@ def _set_limits(axes: Axes, floor: float) -> None:
 
 
 def _draw_floor(axes: Axes, height: float) -> None:
-    """Draw concentric circles and spokes on the floor, which fade towards its edge."""
+    """Draw concentric circles and spokes that fade towards the edge of the floor."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
     lines = [
@@ -76,7 +76,7 @@ def _draw_dome(axes: Axes, floor: float) -> None:
 
 
 def _draw_stand(axes: Axes, floor: float) -> None:
-    """Draw the fixed point, and a needle that supports the point if it is above the floor."""
+    """Draw the fixed point and a needle that supports it above the floor."""
     axes.plot(*np.stack([_project_at_height(np.zeros(2), z) for z in (0.0, floor)]).T,
               color=STAND, linewidth=2.0, solid_capstyle="round", zorder=1.5)  # fmt: skip
     axes.plot([0.0], [0.0], "o", color=STAND, markersize=4.5, zorder=1.6)
@@ -117,6 +117,6 @@ def _make_horizontal_directions(angle: Array) -> Array:
 
 
 def _project_at_height(places: Array, height: float) -> Array:
-    """Project points of a horizontal plane onto the picture."""
+    """Project points in a horizontal plane onto the picture."""
     lifted = np.concatenate([places, np.full_like(places[..., :1], height)], axis=-1)
     return np.stack(project_to_view(lifted)[:2], axis=-1)

@@ -19,7 +19,7 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class RunStart(NamedTuple):
-    """The time and the low-order words of the initial state of a run.
+    """The time [T] of a run's initial state, and the low-order words of that state or None.
 
     The time is nonzero only after a `push`, a `reset` or a change of the scene.
     """
@@ -35,7 +35,7 @@ class RunStart(NamedTuple):
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
-        """Build a RunStart from a JSON value. Raises TypeError or ValueError."""
+        """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:

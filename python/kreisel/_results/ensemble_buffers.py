@@ -26,7 +26,7 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class EventColumns(NamedTuple):
-    """Events of several tops, stored as arrays of equal length.
+    """Events of several tops, stored as columns of equal length e.
 
     `top` is the row of the top, and `states` and `low` are the state and its low-order words.
     `which` and `direction` are the index and the direction of the event.
@@ -39,7 +39,7 @@ class EventColumns(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
-        """Return the selected events with new row numbers."""
+        """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
 
@@ -132,7 +132,7 @@ class EnsembleBuffers:
         return part
 
     def _select_events_of_rows(self, which: Which) -> list[EventColumns]:
-        """Return the events of the selected rows, with rows renumbered from 0."""
+        """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -146,7 +146,7 @@ class EnsembleBuffers:
         return found
 
     def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy the arrays of `part` into the rows that start at `begin`."""
+        """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
         mine, columns = self._list_arrays(), self.columns
         for name, array in part._list_arrays().items():
@@ -156,7 +156,7 @@ class EnsembleBuffers:
         self.add_events_and_failures(begin, part)
 
     def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures and events of `part`, with its row numbers shifted by `begin`."""
+        """Add the failures, choices and events of `part`, whose first row has index `begin`."""
         if part is self:
             return
         if part.last:

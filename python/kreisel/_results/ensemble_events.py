@@ -51,7 +51,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
 
 def join_events(met: list[EventColumns]) -> EventColumns:
-    """Concatenate the events of several slices, sorted by the index of the top."""
+    """Return the events of several slices as one table, sorted by the index of the top."""
     if not met:
         none = np.empty(0, dtype=np.intc)
         return EventColumns(
@@ -63,7 +63,7 @@ def join_events(met: list[EventColumns]) -> EventColumns:
 
 
 def ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Build the public EnsembleEvents object from the events of an ensemble."""
+    """Return the recorded events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

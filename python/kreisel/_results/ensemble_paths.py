@@ -163,7 +163,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def events(self) -> EnsembleEvents:
-        """The events of all tops, which are empty if none were requested."""
+        """The events that occurred during the runs; empty if none were requested."""
         return ensemble_events(self._event_columns, self.shape)
 
     @cached_property

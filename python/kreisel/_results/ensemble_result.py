@@ -84,7 +84,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._options.solve.digits
 
     def _reshape_to_ensemble(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Reshape an array with one row per top to the shape of the ensemble."""
+        """Return `rows`, an array with one row per top, reshaped to the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -172,7 +172,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _make_exception(self, i: int) -> BaseException:
-        """Return the exception for the i-th top, as if it had been solved alone."""
+        """Return the exception that would be raised if the i-th top were solved alone."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._select_member(i)
@@ -183,7 +183,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _make_stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops, of which the i-th is the first."""
+        """Return the exception for `count` unfinished tops, the first of which has index `i`."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._make_exception(i)}"
@@ -194,7 +194,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _make_member_options(self, i: int) -> SolveOptions:
-        """Return the options for solving the i-th top alone, with complete states."""
+        """Return options to solve the i-th top alone and record complete states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -247,7 +247,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _append_last_valid_state(self, i: int, path: Path) -> Path:
-        """Append the last valid state of the i-th top to its path, if it is missing."""
+        """Return the path of the i-th top; append its last valid state if the path lacks it."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._select_times_of_top(i)) or (
@@ -269,7 +269,7 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _select_tops(self, key: Any) -> Self:
-        """Return the results of the selected tops."""
+        """Return the result for the tops selected by `key`."""
         at = list_flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]

@@ -75,7 +75,7 @@ def build_reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 def list_reduction_columns(
     reduced: EnsembleResult, kept: Reduced
 ) -> Iterator[tuple[str, Array, str]]:
-    """Yield a column (name, values, unit) for each component of each reduction."""
+    """Yield one column (name, values, unit) per component of the reductions."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _yield_reductions_with_units(kept):
         kind = name.removeprefix(quantity.name)
@@ -86,7 +86,7 @@ def list_reduction_columns(
 
 
 def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield the name, the quantity with its unit, and the values of each reduction."""
+    """Yield each reduction as a triple: its name, a Quantity with unit and text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -103,7 +103,7 @@ def _yield_reductions_with_units(kept: Reduced) -> Iterator[tuple[str, Quantity,
 
 
 def _name_array_dimensions(quantity: Quantity) -> dict[str, list[str]]:
-    """Return the dimension names and labels for the components of a quantity."""
+    """Return the names of a quantity's component dimensions, together with their labels."""
     own = {f"{quantity.name}_component": quantity.components}
     return DIMENSIONS.get(quantity.shape, own)
 
@@ -118,7 +118,7 @@ def _list_run_attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _build_top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return the varying parameters, `status` and `reached` as variables of a Dataset."""
+    """Return a variable for each varying parameter, and the variables `status` and `reached`."""
     axes, rows = of.tops.axes, build_parameter_variables(of.tops)
     codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)

@@ -93,7 +93,7 @@ def estimate_error(
 
 
 def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
-    """Return the possible effects of rounding on the attitude and the momentum, as columns.
+    """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
     Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
     of the momentum is proportional to the largest moment of inertia and the estimated angular
@@ -111,7 +111,7 @@ def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
 
 
 def _compute_rounding_rotations(scene: Scene) -> Array:
-    """Return the rotations that can result from rounding the attitude, as rotation vectors [rad].
+    """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
     The core stores the attitude of the principal axes as a quaternion. Each component of the
     quaternion is a sum of products, each of which has a relative rounding error.

@@ -61,13 +61,13 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
 
 
 def list_flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the flat indices, in C order, of the elements of an array that `key` selects."""
+    """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
 def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the flat index of a member of an ensemble, or None if `key` selects several members.
+    """Return the flat index of the member that `key` selects, or None if it selects several.
 
     `shape` is the shape of the ensemble.
     """

@@ -149,7 +149,7 @@ class Indicator(ReadOnlyArrays):
         )
 
     def _find_reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Return the tops to which each reason for doubt applies."""
+        """Return reasons why the classification is doubtful, for all runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {
             f"certificate above {WORST:g}": ~(self.certificate <= WORST),
@@ -320,7 +320,7 @@ def _make_stop_error(
 
 
 def extract_single_indicator(indicator: Indicator) -> Indicator:
-    """Convert the indicator of an ensemble with one top to the indicator of a scene."""
+    """Return the indicator of a single scene, given that of an ensemble with one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
         return values[0:1].reshape(())

@@ -293,7 +293,7 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
-        """The events in the form required by `path.save`.
+        """The events in the form in which path.save writes them.
 
         The tuple contains a path with the states at the events, and the indices and directions of
         the events.
@@ -432,7 +432,7 @@ class Interrupted(RunStop, KeyboardInterrupt):
 
 
 def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception that describes why a run ended.
+    """Return the exception for the status with which a run ended.
 
     The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
     text that states the time reached by the run.
@@ -462,7 +462,7 @@ def build_path_or_raise(
 ) -> Path:
     """Build a path from a result of the core, and reduce it to the requested quantities.
 
-    Raises the exception returned by `make_stop_exception` if the run failed.
+    If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
@@ -491,6 +491,6 @@ def drop_unrequested_quantities(
 
 
 def format_progress(path: Path, end: float) -> str:
-    """Describe the time that a path reached and the last requested time `end`."""
+    """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

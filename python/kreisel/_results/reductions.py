@@ -42,7 +42,7 @@ class Reductions(EnsembleResult):
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._format_summary()}>"
 
     def _group_kinds_by_quantity(self) -> dict[str, list[str]]:
-        """Return a mapping from quantity names to the names of their reductions."""
+        """Return a mapping from each quantity name to the kinds of its reductions."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])

@@ -127,7 +127,7 @@ def _require_table(value: object) -> dict[str, object]:
 
 
 def _parse_header(head: dict[str, object], scene: Scene) -> PathFields:
-    """Build a path without arrays from the JSON header of an archive.
+    """Return a path without arrays, built from the JSON object `head` in the archive header.
 
     Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
     """
@@ -147,7 +147,7 @@ def _parse_header(head: dict[str, object], scene: Scene) -> PathFields:
 
 
 def _parse_step_choice(words: dict[str, object]) -> StepChoice:
-    """Parse the JSON description of the step that method='geometric' chose.
+    """Return the step chosen by method='geometric', parsed from the JSON object `words`.
 
     Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
     """

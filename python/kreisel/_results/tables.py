@@ -86,7 +86,7 @@ def _list_default_names(path: HasQuantities) -> tuple[str, ...]:
 def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
-    """Return t and the components of the requested quantities as one-dimensional arrays."""
+    """Return t and the components of the quantities in `names` as one-dimensional columns."""
     return _list_component_columns(path, quantity_rows(path, names, degrees, unwrap))
 
 
@@ -100,11 +100,12 @@ def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array
 
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
-    """Return the units of t and of all components of the requested quantities."""
+    """Return the unit or dimension of t and of each component of the quantities in `names`."""
     return _list_units(quantity_rows(path, names, degrees, False))
 
 
 def _list_units(rows: QuantityRows) -> dict[str, str]:
+    """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 

@@ -70,10 +70,10 @@ def lyapunov(
         >>> kr.lyapunov(kr.scenes.kowalewski, 1000).value < 0.01
         True
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises kreisel.Error
-    if the run of a single scene fails. For an ensemble, failures are recorded in the attribute
-    `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results
-    obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    kreisel.Error if the run of a single scene fails. For an ensemble, failures are recorded in the
+    attribute `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the
+    results obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
     return _compute_chaos_indicator(
         "lyapunov", scene, t, direction, tol, max_steps, threads, progress

@@ -63,7 +63,7 @@ class EnsemblePlan:
     first: Plan | None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Describe the ensemble by pairs of heading and text, without the plan of the first top."""
+        """Return pairs (heading, text) that describe the ensemble, but not its first top."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,
@@ -123,7 +123,7 @@ def plan(
 ) -> Plan | EnsemblePlan:
     """Return the plan of the motion that kreisel.solve would compute.
 
-    For an ensemble, a few tops are integrated for some milliseconds to estimate the run time.
+    For an ensemble, a few tops are integrated for a few milliseconds to estimate the run time.
 
     t       the times as in kreisel.solve; if given, the plan includes the number of states
     reduce  for an ensemble: the reductions of kreisel.reduce, instead of states
@@ -180,7 +180,7 @@ def _make_ensemble_plan(
 
 
 def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops with a closed form and of tops integrated in vector lanes."""
+    """Return the numbers of tops solved in closed form and of tops integrated in SIMD lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:
@@ -215,7 +215,7 @@ def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None
 def _estimate_run_time(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Estimate the run time [s], and return it with the number of tops used for the estimate.
+    """Return an estimate of the run time [s], and the number of tops used for the estimate.
 
     A few tops are integrated for a limited number of steps, and the time is extrapolated.
     """

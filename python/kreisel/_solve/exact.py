@@ -63,7 +63,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ExactBase:
-    """Base class of all closed forms."""
+    """Base class of all closed-form solutions."""
 
     scene: Scene
     period: float
@@ -87,9 +87,9 @@ class Exact(_ExactBase):
 
     For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
     the nutation refers to the principal axis about which the momentum precesses in the body frame.
-    The axis is directed at an acute angle to the angular momentum. The nutation of a free
-    asymmetric body has half the period of body_velocity. The period of body_velocity is denoted by
-    T in Landau and Lifshitz, Mechanics, section 37.
+    The principal axis is oriented so that it makes an acute angle with the angular momentum. The
+    nutation of a free asymmetric body has half the period of body_velocity. The period of
+    body_velocity is denoted by T in Landau and Lifshitz, Mechanics, section 37.
 
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn. The
     mean rate `precession` does not include jumps of the precession angle by half a turn.
@@ -106,7 +106,8 @@ class Exact(_ExactBase):
         array([1.1414])
 
     The six attributes from least_nutation to critical_spin exist only for tops that are symmetric
-    about their apex. For all other bodies, accessing a turning-point attribute raises ValueError.
+    about their apex axis. For all other bodies, accessing a turning-point attribute raises
+    ValueError.
     """
 
     @cached_property
@@ -127,8 +128,8 @@ class Exact(_ExactBase):
     def t_least(self) -> float:
         """The first time t >= 0 at which the nutation is smallest [T].
 
-        The time is 0 if the nutation is constant, and inf if the smallest nutation is never
-        reached.
+        The returned time is 0 if the nutation is constant, and inf if the smallest nutation is
+        never reached.
         """
         return float(self._turning_points.t_least[0])
 
@@ -136,7 +137,8 @@ class Exact(_ExactBase):
     def t_greatest(self) -> float:
         """The first time t >= 0 at which the nutation is largest [T].
 
-        The time is 0 if the nutation is constant, and inf if the largest nutation is never reached.
+        The returned time is 0 if the nutation is constant, and inf if the largest nutation is never
+        reached.
         """
         return float(self._turning_points.t_greatest[0])
 
@@ -145,9 +147,9 @@ class Exact(_ExactBase):
         """The type of the apex's motion about the vertical.
 
         - If the nutation changes, the name depends on the precession rates at the two turning
-          points. The type is 'waves' if the precession rates at both turning points have the same
-          sign, and 'loops' if they have opposite signs. The type is 'cusps' if the precession rate
-          is zero at the turning point with the higher potential.
+          points. The motion type is 'waves' if the precession rates at both turning points have the
+          same sign, and 'loops' if they have opposite signs. The motion type is 'cusps' if the
+          precession rate is zero at the turning point with the higher potential.
 
         - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
           or 'steady'.
@@ -213,22 +215,22 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    Changes of any other parameter lead to tops without a closed form. Derivatives with respect to
-    the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central differences
-    of order 8 between the closed forms of neighbouring tops. The difference steps are reduced as
-    time increases. The relative error of the tangents usually stays below about 1e-10 at all times,
-    whereas that of a Taylor series grows. Near resonances and separatrices, the error is larger,
-    and is reported by `tangents_rest`. For fast tops, the derivatives with respect to gravity and
-    mass suffer from cancellation errors.
+    If any other parameter is changed, the motion has no closed-form solution. Derivatives with
+    respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central
+    differences of order 8 between the closed forms of neighbouring tops. The difference steps are
+    reduced as time increases. The relative error of the tangents usually stays below about 1e-10
+    even for long times, whereas that of a Taylor series grows. Near resonances and separatrices,
+    the error is larger, and is reported by `tangents_rest`. For fast tops, the derivatives with
+    respect to gravity and mass suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
         >>> path.tangents.shape, path.tangents_rest < 1e-10
         ((2, 6, 7), True)
 
-    Raises ValueError for a parameter without tangents. Also raises ValueError for times at which
-    the top has turned by more than 1e9 rad. Raises ValueError if any of the required neighbouring
-    tops has no closed form.
+    Raises ValueError for a parameter for which tangents cannot be computed. Also raises ValueError
+    for times at which the top has turned by more than 1e9 rad. Raises ValueError if the motion of a
+    required neighbouring top has no closed form.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -257,11 +259,11 @@ class ExactTorus(Exact):
         constant. The third action equals <m, e3>. The energy is a function of the actions, and its
         derivatives are the frequencies: between neighbouring tops, d energy = sum of frequencies *
         d actions. For Goryachev-Chaplygin tops, the frequencies are derivatives of the energy only
-        among tops with <m, e3> = 0.
+        within the family of tops with <m, e3> = 0.
 
         Apart from a rotation about the vertical, some motions repeat after half a turn of one or
-        both angles. The actions always belong to full turns, even if the motion repeats after half
-        a turn.
+        both angles. The actions always refer to full turns, even if the motion repeats after half a
+        turn.
 
         Raises ValueError if the motion is too close to a separatrix. Source: Arnold, Mathematical
         Methods of Classical Mechanics, section 50.
@@ -275,12 +277,13 @@ class ExactTorus(Exact):
     def find_quasi_periods(self, n: int = 4) -> Array:
         """Return `n` times at which the body returns ever closer to its initial state.
 
-        The shape of the array is (n, 3). Each row contains the numbers of turns of the two angles
-        on the torus, and the time [T]. Both numbers of turns are integers, and their ratio is a
-        convergent in the continued-fraction expansion of the frequency ratio. Each row describes a
-        near resonance of the two frequencies on the torus. At the times found, the momentum and the
-        vertical in the body frame are close to their initial values. The array has fewer than `n`
-        rows if the ratio of the frequencies is rational, up to rounding errors.
+        The times are returned in an array of shape (n, 3). Each row contains the numbers of turns
+        of the two angles on the torus, and the time [T]. Both numbers of turns are integers, and
+        their ratio is a convergent in the continued-fraction expansion of the frequency ratio. Each
+        row describes a near resonance of the two frequencies on the torus. At each returned time,
+        the body-frame components of the momentum and the vertical are close to their initial
+        values. The returned array has fewer than `n` rows if the ratio of the frequencies is
+        rational, up to rounding errors.
 
             >>> import kreisel as kr
             >>> top = kr.exact(kr.scenes.kowalewski)
@@ -313,9 +316,10 @@ class ExactTorus(Exact):
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
-        """Return one state for each pair of angles on the torus, which are measured in turns.
+        """Return one state for each pair of torus angles [turns].
 
-        The heading is that of the initial state; for a Goryachev-Chaplygin top, it is arbitrary.
+        The heading equals that of the initial state, but is arbitrary for a Goryachev-Chaplygin
+        top.
         """
         return torus_states_at(self._torus, turns)
 
@@ -329,7 +333,7 @@ class ExactTorus(Exact):
 def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
     """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
 
-    The sequence ends when a convergent equals the number to within rounding error.
+    The sequence of convergents ends when a convergent equals the number to within rounding error.
     """
     before, last, rest = (0, 1), (1, 0), ratio
     while True:
@@ -379,10 +383,11 @@ class ExactGoryachevChaplygin(ExactTorus):
 class ExactMap(_ExactBase):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
-    The object can be called with one or more numbers of steps, and returns a kreisel.Path.
+    The object can be called with one or several step numbers, and returns a kreisel.Path.
 
     The attributes period, precession and spin describe the numerical solution instead of the exact
-    motion. The errors of the method are the differences from the attributes of kreisel.Exact.
+    motion. Subtracting the corresponding attributes of kreisel.Exact gives the errors of the
+    method.
     """
 
     step: float
@@ -414,18 +419,18 @@ def exact(
 ) -> Exact | ExactEnsemble | ExactMap:
     """Return the motion of a scene in closed form.
 
-    The result is a kreisel.Exact for Lagrange tops, for spherical bodies, and for all bodies
-    without torque. The result is a kreisel.ExactKowalewski for most Kowalewski tops. For most
-    Goryachev-Chaplygin tops without vertical momentum, the result is a
-    kreisel.ExactGoryachevChaplygin.
+    The result is a kreisel.Exact for Lagrange tops, spherical bodies and torque-free bodies. The
+    result is a kreisel.ExactKowalewski for most Kowalewski tops. The result is a
+    kreisel.ExactGoryachevChaplygin for most Goryachev-Chaplygin tops whose vertical momentum is
+    zero.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": return the closed form of the states that this method computes for a
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError for a scene without a closed form, and for a support that turns about e3. For
-    a support that turns about e3, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError if the motion has no closed form, or if the support turns about e3. For a
+    support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return make_exact_ensemble_of_list(scene)

@@ -1,4 +1,4 @@
-"""Closed forms for all tops in an ensemble."""
+"""Closed-form solutions for all tops in an ensemble."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 class ExactEnsemble:
     """The motions of an ensemble, given in closed form.
 
-    Calling the object with a single time returns an array of states with the shape (*shape, 8).
-    Each state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times,
-    or with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
+    Calling the object with a single time returns the states in an array of shape (*shape, 8). Each
+    state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times, or
+    with an array (*shape, k) of separate times for each top, returns an array (*shape, k, 8).
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
@@ -56,8 +56,8 @@ class ExactEnsemble:
     and the states are bitwise identical. Accessing the turning-point attributes raises ValueError
     if any of the motions has no turning points.
 
-    frequencies, certificate and mismatch describe Kowalewski and Goryachev-Chaplygin tops. The
-    attributes frequencies, certificate and mismatch are NaN for all other tops.
+    The attributes frequencies, certificate and mismatch are NaN unless the top is a Kowalewski or
+    Goryachev-Chaplygin top.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -145,7 +145,7 @@ class ExactEnsemble:
     def _call_in_slices(
         self, function: Callable[..., tuple[str, int]], *rows: Array | Codes
     ) -> None:
-        """Call a C function for consecutive slices of the ensemble and of the arrays `rows`.
+        """Call a C function for consecutive slices of the ensemble and of all arrays in `rows`.
 
         Raises ValueError for the first top that the C function rejects.
         """
@@ -169,7 +169,7 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if any of the tops has a closed form on a torus."""
+        """True if any of the motions has a closed form on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
@@ -263,9 +263,9 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 
 
 def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of all tops in an ensemble.
+    """Return the closed-form solutions for all tops in an ensemble.
 
-    Raises ValueError if a scene has no closed form.
+    Raises ValueError if the motion of a scene has no closed form.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
@@ -296,7 +296,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes."""
+    """Return the closed-form solutions for a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
@@ -305,7 +305,7 @@ def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene without a closed form."""
+    """Return the exception to raise for a scene whose motion has no closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

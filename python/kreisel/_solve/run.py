@@ -99,8 +99,8 @@ class Run:
 
     - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
       terminal event can be continued. The run continues to search for the same events. An event at
-      the present time is not reported again. A jump of the event function at the time of the change
-      is not an event.
+      the present time is not reported again. A jump of the event function caused by run.push,
+      run.reset or run.change is not an event.
 
     - The next path of run.to(t) begins with the state after the change.
 
@@ -145,7 +145,7 @@ class Run:
         If `t` is a number, the path contains the current state and the state at `t`. If `every` is
         given, the path contains the states after each multiple of `every` steps. If `t` is a list,
         the path contains exactly the states at these times. Raises the same exceptions as
-        kreisel.solve, after which the run remains at its last valid state.
+        kreisel.solve; after an exception, the run is at its last valid state.
         """
         if every is None and progress is None:
             path = self._advance_in_one_call(t)
@@ -290,8 +290,8 @@ class Run:
         momentum in the space frame is preserved.
 
         Raises TypeError if no argument is given. Raises ValueError if the new state depends on the
-        heading, but no quantity in `want` does. The new state is independent of the heading if both
-        attitude and momentum are given, or only body_momentum or body_velocity.
+        heading, but no quantity in `want` does. The heading is not needed if attitude and momentum
+        are both given, or if only body_momentum or body_velocity is given.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
@@ -330,8 +330,8 @@ class Run:
         """Change the body or its environment at the current time.
 
         The arguments are the same as for kreisel.Scene. The attitude is preserved, and refers to
-        the frame of description of the new body. The parameter `shaking` refers to the time of the
-        run.
+        the frame of description of the new body. The time in the parameter `shaking` is measured
+        from the start of the run.
 
         keep  the vector in space that stays the same if the body changes. "momentum" describes a
               sudden change by internal forces, as when a skater draws in his arms. "velocity"
@@ -430,7 +430,7 @@ class Run:
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint to a file. The file is replaced atomically."""
+        """Write the checkpoint to a file. An existing file is replaced atomically."""
         atomic_write(file, self.checkpoint)
 
 
@@ -476,7 +476,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
     Raises ValueError if the checkpoint is damaged, or was written by a different version of kreisel
     or on a different type of machine. Raises OSError if the file cannot be read. Issues a warning
-    if this processor gives different rounding errors in the Taylor series.
+    if the Taylor series has different rounding errors on this processor.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)

@@ -53,8 +53,8 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are the same as for kreisel.solve. The results for a top do not depend on
-    the other tops, bit for bit. The search is fastest if the event is linear in body_vertical,
+    The other arguments are the same as for kreisel.solve. The results for each top are bitwise
+    independent of the other tops. The search is fastest if the event is linear in body_vertical,
     body_velocity, body_momentum, apex_z and spin.
 
         >>> import kreisel as kr
@@ -65,10 +65,10 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
-    the states do not fit in memory. Raises kreisel.Interrupted, with all results obtained so far,
-    after Ctrl-C. Failures of individual tops are recorded in section.status. The method
-    section.check raises an exception for the first failed top.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C; the
+    exception contains all results obtained so far. Failures of individual tops are recorded in
+    section.status. The method section.check raises an exception for the first failed top.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
@@ -92,7 +92,7 @@ def parse_section(
 ) -> tuple[Array, EnsembleOptions]:
     """Return the maximum waiting time of each top, and the validated options.
 
-    The array of waiting times has the shape (tops, n), with equal numbers in each row.
+    The waiting times form an array of shape (tops, n), with equal numbers in each row.
 
     Raises TypeError or ValueError for an invalid argument.
     """

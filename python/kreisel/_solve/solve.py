@@ -113,13 +113,13 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths, whose arrays
-    have the shape of the ensemble in their first dimensions. The result for each top is bitwise
-    independent of the other tops, the threads and the executor. Solving a top alone gives identical
-    results. However, rounding errors may differ for the methods taylor and exact, and 'auto' may
-    select a different method. `t` can also be an array of shape (*shape, k), which contains
-    separate times for each top. `progress` is called with the fraction of tops that are finished,
-    between 0 and 1. An ensemble has further arguments:
+    For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
+    dimensions of its arrays are those of the ensemble. The result for each top is bitwise
+    independent of the other tops, the threads and the executor. A top solved as a single scene
+    gives the same result as in an ensemble. However, rounding errors may differ for the methods
+    taylor and exact, and 'auto' may select a different method. `t` can also be an array of shape
+    (*shape, k), which contains separate times for each top. `progress` is called with the fraction
+    of tops that are finished, between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -132,11 +132,11 @@ def solve(
         >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
         ((3, 3, 4), [], np.float64(1.13))
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments, and MemoryError if
-    the states do not fit in memory. Raises kreisel.Error if the run fails, and kreisel.Interrupted
-    after Ctrl-C. The valid states are available as the attribute `path` of the exception. For an
-    ensemble, failures of individual tops are recorded in paths.status. The method paths.check
-    raises kreisel.Error for the first failed top.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    MemoryError if the states do not fit in memory. Raises kreisel.Error if the run fails, and
+    kreisel.Interrupted after Ctrl-C. The valid states are available as the attribute `path` of the
+    exception. For an ensemble, failures of individual tops are recorded in paths.status. The method
+    paths.check raises kreisel.Error for the first failed top.
     """
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None or is_for_many
@@ -196,7 +196,7 @@ def _parse_tangents_events_geometric(
 def _solve_with_options(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a scene, in several calls of the C library if necessary."""
+    """Compute the motion of a scene, in several calls to the C library if necessary."""
     if options.tangents:
         record = record_exact_tangents if options.method.exact else record_tangents
         return record(scene, options, t, progress)

@@ -82,10 +82,10 @@ def reduce(
         >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
         array([1.023, 1.13 ])
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far. If
-    a top fails, its values are NaN, and `status` indicates the reason. The check() method of the
-    result raises kreisel.Error for the first failed top.
+    the computation for a top fails, its values are NaN, and `status` indicates the reason. The
+    check() method of the result raises kreisel.Error for the first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)

@@ -1,4 +1,4 @@
-"""Search by method='geometric' for the cheapest method and step that meet an error tolerance.
+"""Search for the cheapest method and step that meet an error tolerance (method='geometric').
 
 At time t, the error of a method of order p with step size h is approximately
 
@@ -134,8 +134,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run is evaluated.
 
-        The result includes the requested times and the ends of steps. If there are only a few
-        steps, intermediate times are added.
+        The result includes the requested times and the end times of some steps. If there are only a
+        few steps, intermediate times are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -159,7 +159,7 @@ class StepSearch:
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Compute a run with `steps` steps, and return its states and its error.
+        """Integrate the motion in `steps` steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
         step size is too large for the method, the result is None.
@@ -232,7 +232,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def make_unexpected_error_exception(method: object) -> ValueError:
-    """Return the exception for an argument `error` with a method other than 'geometric'."""
+    """Return the exception to raise if `error` is given with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -254,7 +254,7 @@ def geometric_options(
 def solve_with_step_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
-    """Solve a single scene with method='geometric', and return its path."""
+    """Compute the motion of a single scene by method='geometric', and return its path."""
     path = report_end(_solve_all_states_with_search(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
@@ -262,7 +262,7 @@ def solve_with_step_search(
 def _solve_all_states_with_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Listener
 ) -> Path:
-    """Solve a single scene with method='geometric', recording all states."""
+    """Compute the motion of a single scene by method='geometric', and record all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return build_path_or_raise(scene, still, record_states(scene, still, times))
@@ -386,7 +386,7 @@ def _solve_one_top(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve a single top, and write its path or an error message to the buffers."""
+    """Compute the motion of a single top, and write its path or an error message to the buffers."""
     path, status = None, 0
     try:
         path = _solve_all_states_with_search(scene, options.solve, times, work)
@@ -401,7 +401,7 @@ def _solve_one_top(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write a path to the buffers, with NaN at all times after its end."""
+    """Write a path to the buffers, and NaN at all times after the end of the path."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_indices_of_times(path, times)

@@ -59,8 +59,8 @@ def stream(
 ) -> Iterator[Path] | Iterator[Paths]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
-    The states are bitwise identical to those of kreisel.solve with the same method. The default of
-    `chunk` is 2**14.
+    The yielded states are bitwise identical to those of kreisel.solve with the same method. The
+    default of `chunk` is 2**14.
 
     t      a list; an iterator of times, which can be infinite; or with `every` a number, which can
            be math.inf [T]

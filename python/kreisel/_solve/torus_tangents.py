@@ -44,7 +44,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 @dataclass(frozen=True)
 class _TangentColumnGroup:
-    """Tangent columns that belong to the same parameter of the scene.
+    """Columns of the tangent matrix that belong to the same parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -65,9 +65,10 @@ def compute_torus_tangents(
 ) -> TangentData:
     """Compute tangents with respect to the given parameters by finite differences of closed forms.
 
-    `compute_states` evaluates the closed form of a given scene at given times. A column is NaN if
-    tops with a changed parameter have no closed form. Raises ValueError if a neighbouring top has
-    no closed form, or if its motion differs too much from that of `scene`.
+    `compute_states` evaluates the closed form of a given scene at given times. A column of tangents
+    is NaN if a change of its parameter leads to a motion without a closed form. Raises ValueError
+    if the motion of a neighbouring top has no closed form, or differs too much from that of
+    `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -84,7 +85,7 @@ def compute_torus_tangents(
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
-    """Raise ValueError for a parameter with respect to which there are no tangents."""
+    """Raise ValueError for a parameter for which tangents cannot be computed."""
     for name in names:
         if name not in PARAMETERS:
             reason = (
@@ -98,7 +99,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError if the times are too large for differences between neighbouring motions."""
+    """Raise ValueError if the times are too large for comparing neighbouring motions."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rotation_rate * end > _LATEST:
         raise ValueError(
@@ -154,7 +155,7 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _subtract_gravities(one: Scene, other: Scene) -> Array:
-    """Return the difference between the gravities of two scenes."""
+    """Return the difference in gravity between two scenes."""
     return np.array([other.gravity - one.gravity])
 
 
@@ -174,7 +175,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
 def _differentiate_states(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents of a group of columns, and their largest relative error."""
+    """Return the tangents in one group of columns, and their largest relative error."""
     turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
@@ -195,7 +196,7 @@ def _differentiate_with_best_steps(
     step: float,
     compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
-    """Compute tangents with several difference steps, and return the best ones with their errors.
+    """Compute tangents with several difference steps, and return the most accurate ones.
 
     The difference step is reduced as long as the estimated error decreases.
     """
@@ -234,7 +235,7 @@ def _central_difference(
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
-    For tangents smaller than a natural unit, the difference is relative to this unit.
+    If a tangent is smaller than its natural unit, the difference is divided by that unit.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

@@ -39,7 +39,7 @@ TangentSpec = TangentName | Iterable[TangentName]
 def parse_tangents(tangents: object) -> tuple[str, ...]:
     """Return the names of the requested tangents without duplicates, in a fixed order.
 
-    Raises TypeError or ValueError for an unknown name, or if there is no name.
+    Raises TypeError or ValueError for an unknown name, or if no name is given.
     """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
@@ -103,7 +103,7 @@ def parse_tangent_options(
 
 
 def refuse_tangents_of_friction(tops: Scene | Ensemble, names: Iterable[str]) -> None:
-    """Raise ValueError for tangents that do not exist if there is friction."""
+    """Raise ValueError for tangents that do not exist in the presence of friction."""
     rubs = np.asarray(tops.friction) > 0.0
     if "friction" in names and not rubs.all():
         raise ValueError(

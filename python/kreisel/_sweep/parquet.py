@@ -1,7 +1,7 @@
 """Parts of a sweep as Parquet files with one row per top.
 
-Several values or events of a top in one column are stored as a list. To improve compression, the
-eight bytes of each double are stored in separate streams.
+If a column has several values or events per top, each cell contains a list. To improve compression,
+the eight bytes of each double are stored in separate streams.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def list_column_types(table: Table) -> list[tuple[str, Any]]:
 def convert_to_arrow_table(part: PartTable) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
-    The metadata of each field contain the column's `units`. The metadata entry `per` states whether
-    a column has values per top, per time or per event.
+    The entry `units` in the metadata of each field states the unit of the column. The metadata
+    entry `per` states whether a column has values per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
@@ -122,7 +122,7 @@ def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str,
 def decode_part(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
-    """Read a part, or only its columns `names`, from a file.
+    """Read a part from a file, optionally only the columns in `names`.
 
     If `names` is an empty list, the returned table has all columns but no rows. `states` is the
     number of states per top. Raises ValueError if the file is damaged, or if it is not the part

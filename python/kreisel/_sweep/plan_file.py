@@ -1,4 +1,4 @@
-"""Sweep plans in TOML, with the arguments of kreisel.sweep and a table that describes the tops.
+"""Sweep plans in TOML: the arguments of kreisel.sweep, and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
     scene = "sleeping"               # the name of a scene, or a file; or a table [scene]
@@ -8,10 +8,11 @@
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-File names are relative to the folder of the plan file. Each table [[events]] contains the name of a
-function of kreisel.events as `event`, and the arguments of this function. If task = "section", the
-plan has a single table [event] with the same entries, and no t. If task = "lyapunov", "megno" or
-"oli", the plan contains the arguments of the kreisel function with that name.
+File names are relative to the folder of the plan file. In each table [[events]], `event` is the
+name of a function of kreisel.events, and the other entries are the arguments of this function. If
+task = "section", the plan contains a single table [event] in the same format, and no entry t. If
+task = "lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with
+that name.
 """
 
 from __future__ import annotations

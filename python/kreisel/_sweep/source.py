@@ -79,7 +79,7 @@ class Source:
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Return a source of all combinations of values of several parameters.
+        """Return a source with one top for each combination of the given parameter values.
 
         Each list of values becomes a dimension of the source, in the order of the arguments.
         Parameters with a single value are the same for all tops. All parameters of Scene.vary
@@ -178,7 +178,7 @@ class Source:
         steady: bool = False,
         fast: bool = False,
     ) -> Source:
-        """Return a source whose tops are the rows of a table.
+        """Return a source that takes its tops from the rows of a table.
 
         Each column contains a parameter of Scene.vary, such as gravity, or one of its components,
         such as momentum_x or angles_0.
@@ -265,7 +265,7 @@ class Source:
     def _first_error(
         self, validate: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error raised by the first invalid top, including the index of this top.
+        """Return the error for the first invalid top, with the index of this top in its message.
 
         If every top is valid on its own, the error `common` is returned.
         """
@@ -397,7 +397,7 @@ def _select_parameter_values(
 
 
 def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
-    """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
+    """Draw uniformly distributed values for `n` consecutive tops, starting with top `begin`.
 
     Each value depends only on the seed, the parameter and the index of the top. The state of the
     Philox generator can be set directly, because it is a counter.

@@ -73,7 +73,7 @@ def parse_start_parameter(name: str, numbers: object) -> Parameter:
 def component_names(name: str, value: Shape) -> list[str]:
     """Return the names of the components of a parameter, such as momentum_x.
 
-    `value` is the shape of the parameter for a single top.
+    `value` is the shape of the parameter's value for a single top.
     """
     if not value:
         return [name]
@@ -82,7 +82,7 @@ def component_names(name: str, value: Shape) -> list[str]:
 
 
 def parameter_dimension(name: str, degrees: bool, component: int = 0) -> str:
-    """Return the dimension [M L T] of a parameter, where angles have the unit 'rad' or 'deg'.
+    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' as the unit of angles.
 
     The three components of `shaking` have different dimensions.
     """

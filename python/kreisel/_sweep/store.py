@@ -5,8 +5,8 @@ always complete. An existing part is valid if it belongs to the plan, was writte
 version of kreisel, and has a correct checksum.
 
 The names of part files are reserved; do not use them for other files in the folder. Invalid files
-with the name of a part are replaced, and a warning is issued. Folders, and complete parts of a
-different plan, are never replaced, because they may be the results of long computations. All other
+with the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
+a different plan are ever replaced, because they may be the results of long computations. All other
 files in the folder are left unchanged.
 """
 
@@ -69,7 +69,7 @@ class SweepStore:
         return sorted(found)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
-        """Read part i, or only its columns `names`, from its file.
+        """Read part i from its file, optionally only the columns in `names`.
 
         If `names` is an empty list, the returned table has all columns but no rows. Raises
         ValueError if the file is damaged, or is not part i of this plan.
@@ -103,7 +103,7 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def make_foreign_file_error(self, i: int) -> FileExistsError:
-        """Return the exception for a file or folder that wrongly has the name of part i."""
+        """Return the exception to raise if a foreign file or folder has the name of part i."""
         file = self.part_file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")

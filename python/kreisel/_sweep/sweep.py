@@ -26,7 +26,7 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Exception for Ctrl-C during a sweep. Calling kreisel.sweep again computes the missing parts.
+    """Exception raised by Ctrl-C during a sweep; calling kreisel.sweep again continues the sweep.
 
     sweep  a kreisel.SweepResult with the finished parts
     """
@@ -73,12 +73,12 @@ def sweep(
     part is a Parquet file with one row per top. The columns contain the index, parameters, status
     and results of each top. The units [M L T] of the columns are stored in the file. The contents
     of each part are determined, bit for bit, by the plan and the part number. A nonzero status
-    means that the top failed.
+    means that the computation for the top failed.
 
     Existing parts are verified by their checksums, and damaged parts are computed again. The names
     of part files are reserved; do not use them for other files in the folder. Invalid files with
-    the name of a part are replaced, and a warning is issued. Folders, and complete parts of a
-    different plan, are never replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
+    the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
+    a different plan are ever replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
@@ -117,11 +117,11 @@ def sweep(
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises ValueError if
-    the folder contains a different plan, and FileExistsError if it contains files but no plan.
-    Raises OSError if the folder cannot be written, and ImportError if pyarrow is not installed.
-    During the computation, raises OSError if a file cannot be written, and RuntimeError if an
-    executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
+    Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
+    ValueError if the folder contains a different plan, and FileExistsError if it contains files but
+    no plan. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    installed. During the computation, raises OSError if a file cannot be written, and RuntimeError
+    if an executor loses parts. Ctrl-C raises kreisel.SweepInterrupted. Finished parts are kept.
     """
     arguments = _select_task_arguments(
         locals()
@@ -197,7 +197,8 @@ def _parse_parts(parts: object, count: int) -> range:
 def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
     """Return the requested parts that must be computed, and warn about damaged and outdated files.
 
-    Raises FileExistsError if a folder or a part of a different plan has the name of a part.
+    Raises FileExistsError if the name of a part is used by a folder, or by a part of a different
+    plan.
     """
     left: list[int] = []
     replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}

@@ -167,7 +167,7 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the names of the varying parameters in JSON form.
+    """Return the names of the varying parameters as JSON data.
 
     Values that the plan already contains are omitted.
     """
@@ -210,8 +210,8 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored in a JSON object.
 
-    `load` reads an array from the file with a given name. Raises ValueError if the object is not a
-    plan, or comes from a different version.
+    `load` reads an array, given the name of its file. Raises ValueError if the object is not a
+    plan, or has the format of a different version of kreisel.
     """
     try:
         source, task = _parse_source_json(plan, load), parse_task_json(plan)

@@ -32,10 +32,10 @@ _STATUS = "status", "reached"
 
 @refuse_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
-    """The results of a sweep in a folder.
+    """The results of a sweep, read from its folder.
 
-    `result[name]` is a column as a NumPy array of shape `shape`, or (*shape, k) with values at k
-    times. Only the requested columns are read from the files.
+    `result[name]` is the column `name` as a NumPy array of shape `shape`, or of shape (*shape, k)
+    if it has values at k times. Only the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -75,17 +75,17 @@ class SweepResult:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of the array of all tops."""
+        """The shape of the array of tops in the sweep."""
         return self._store.plan.source.shape
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the dimensions."""
+        """The names of the dimensions of the sweep."""
         return self._store.plan.source.axes
 
     @property
     def size(self) -> int:
-        """The number of tops in all parts."""
+        """The total number of tops in the sweep."""
         return self._store.plan.source.size
 
     @property
@@ -110,14 +110,14 @@ class SweepResult:
 
     @cached_property
     def _schema(self) -> PartTable:
-        """The table of a part without its rows."""
+        """An empty table with the columns of a part."""
         if not self.present:
             raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns; those of the events are at the end."""
+        """The names of the columns, with event columns last."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
@@ -139,7 +139,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, or over their columns `names`.
+        """Return an iterator over the existing parts, or over only their columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -169,10 +169,10 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify the checksums of all existing parts, and return the same object.
+        """Verify the checksums of all existing parts, and return this SweepResult.
 
-        Raises ValueError for the first damaged part. Raises FileExistsError if a folder or a part
-        of a different plan has the name of a part.
+        Raises ValueError for the first damaged part. Raises FileExistsError if the name of a part
+        is used by a folder, or by a part of a different plan.
         """
         for i in self._found:
             status = self._store.verify_part(i)
@@ -225,8 +225,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain the column's `units`. Several values of a top in one
-        column are stored as a list.
+        The entry `units` in the metadata of each field states the unit of the column. If a column
+        has several values per top, each cell contains a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
@@ -235,7 +235,7 @@ class SweepResult:
         return pa.concat_tables([convert_to_arrow_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with one row per top or, if there are states, per state.
+        """Return a pandas.DataFrame with one row per top, or per state if states are stored.
 
         `attrs` contains the units. The DataFrame contains the number of events of each top, but not
         the events. Raises ImportError if pandas is not installed.
@@ -258,9 +258,9 @@ class SweepResult:
         return frame
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with one variable, including units, per column.
+        """Return an xarray.Dataset with one variable per column, including its units.
 
-        The dimensions are those of the sweep and, if states are stored, time. The varying
+        The dimensions are those of the sweep, and `time` if states are stored. The varying
         parameters, `status` and `reached` are stored as coordinates. For tops in missing parts, the
         values are NaN, or -1 for integers. The Dataset contains the number of events of each top,
         but not the events. Raises ImportError if xarray is not installed.

@@ -1,4 +1,4 @@
-"""Tasks of a sweep: calls of kreisel.solve, kreisel.section or a chaos indicator.
+"""Tasks of a sweep: calls to kreisel.solve, kreisel.section or a chaos indicator.
 
 The plan file stores a task and its arguments as JSON.
 """
@@ -69,7 +69,7 @@ class SweepTask(Protocol):
 
 
 class SolveTask(NamedTuple):
-    """A call of kreisel.solve or, with reductions, of kreisel.reduce."""
+    """A call to kreisel.solve or, with reductions, to kreisel.reduce."""
 
     t: Numbers
     method: str
@@ -127,7 +127,7 @@ class SolveTask(NamedTuple):
 
 
 class ChaosTask(NamedTuple):
-    """A call of kreisel.lyapunov, kreisel.megno or kreisel.oli."""
+    """A call to kreisel.lyapunov, kreisel.megno or kreisel.oli."""
 
     name: str
     t: Numbers
@@ -163,7 +163,7 @@ class ChaosTask(NamedTuple):
 
 
 class SectionTask(NamedTuple):
-    """A call of kreisel.section."""
+    """A call to kreisel.section."""
 
     event: Event | None = None
     n: int = 500
@@ -214,7 +214,7 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task with the name `task`, including its arguments.
+    """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
     accept. Arguments with different values for different tops are also rejected.
