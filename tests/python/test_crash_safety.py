@@ -182,7 +182,7 @@ def write_contents(file, ways):
 def kill_writer(file, ways, seconds):
     """Write a file repeatedly in a child process, and kill the process after `seconds`.
 
-    Return True if the process was still running.
+    Return True if the child process was still running when it was killed.
     """
     told, tell = os.pipe()
     child = os.fork()

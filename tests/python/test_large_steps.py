@@ -77,7 +77,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     """Check that excessively large step sizes are rejected.
 
     A step h is rejected if h^2 times the largest torque exceeds twice the smallest moment. A step
-    is also rejected if the body could turn by more than `most` [rad].
+    is also rejected if the body could turn by more than `most` radians.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):

@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return each repeated module name with its files."""
+    """Return a dictionary from repeated module names to their files."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:

@@ -213,7 +213,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
     """Check that a relative error of 0.001 in gravity is never reported as a correct result.
 
-    The methods tested are accurate enough to resolve this error.
+    Only methods that are accurate enough to resolve the error are tested.
     """
 
     def increase_gravity_slightly(who, problem, scene, times, setting):

@@ -52,7 +52,7 @@ def test_other_integrators_start_from_the_same_states(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_agrees_with_the_references(kind):
-    """Compare the conditioning with that of the reference solutions."""
+    """Compare the conditioning of ensemble members with that computed for reference solutions."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")

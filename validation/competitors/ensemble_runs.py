@@ -40,7 +40,7 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Return the initial states as columns, padded to a whole number of batches."""
+    """Return the initial states as columns of an array, padded to a whole number of batches."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 

@@ -99,7 +99,7 @@ class HeyokaRun:
 
 
 class ScipyRun:
-    """An integration by DOP853 of SciPy, with the equations of motion written in Python."""
+    """An integration by SciPy's DOP853, with the equations of motion written in Python."""
 
     setup = None
 

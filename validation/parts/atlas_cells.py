@@ -29,8 +29,8 @@ class Candidate:
     """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
     The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
-    function returns attitudes of the principal axes, momenta in space, and the numbers of steps and
-    evaluations.
+    function returns attitudes of the principal axes, space-frame momenta, and the numbers of steps
+    and evaluations.
     """
 
     name: str

@@ -102,7 +102,7 @@ def processor_time(call, number=1):
 
 
 def sample_in_turn(calls, rounds):
-    """Return the processor times of several functions, which are called alternately [s]."""
+    """Return the processor times [s] of several functions, which are called alternately."""
     samples = [[] for _ in calls]
     with timing.pause_gc():
         numbers = [
@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return two ratios of heyoka's run time to kreisel's, from medians and from shortest times."""
+    """Return the ratio of heyoka's run time to kreisel's, as a median and for shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 

@@ -92,7 +92,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omission, and functions that run without and with the omission.
+    """Yield the name of each omission, a function for the full run, and one for the reduced run.
 
     The functions return the memory needed for the results [bytes].
     """

@@ -94,7 +94,7 @@ def estimate_error(second_run, order):
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of a sign by which a user can notice an attitude error, or None.
+    """Return the name of a warning sign that reveals an attitude error, or None.
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
@@ -124,7 +124,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order of convergence is at least one below the nominal order.
+    """Return True if the observed order of convergence is below the nominal order by at least one.
 
     The order of convergence cannot be observed if the errors are large or near rounding level.
     """

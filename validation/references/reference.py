@@ -3,10 +3,11 @@
 The solutions for the scenes of the report are stored in reference.json by the command `python -m
 validation.references.reference`.
 
-Each solution is computed from two forms of the equations, and in 128-bit and 80-bit arithmetic. The
-differences between these computations show how accurate the solution is. The conditioning is the
-change of the attitude caused by one rounding error of a double in each parameter and initial value.
-No method in double precision can be expected to have a smaller error than the conditioning.
+Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
+arithmetic. The differences between these computations show how accurate the solution is. The
+conditioning is the change of the attitude caused by one rounding error of a double in each
+parameter and initial value. No method in double precision can be expected to have a smaller error
+than the conditioning.
 """
 
 import argparse
@@ -273,7 +274,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other method and its deviation from the reference [rad]."""
+    """Yield the name of each independent computation and its deviation from the reference [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (

@@ -1,4 +1,4 @@
-"""Tops with rotors, damping, friction and moving supports, integrated by heyoka with 128 bits.
+"""128-bit solutions by heyoka for tops with rotors, damping, friction and moving supports.
 
 In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
 the inertial frame is w = J^-1 (M - rotor). The equations are
@@ -37,7 +37,7 @@ def _dot(a, b):
 
 
 def _seen_from_body(q, v):
-    """Return the components of a space vector along the principal axes."""
+    """Return the components of a space-frame vector along the principal axes."""
     back = [q[0], -q[1], -q[2], -q[3]]
     return product(product(back, [hy.expression(FP(0.0)), *v]), q)[1:]
 

@@ -1,8 +1,8 @@
 """A figure for docs/theory/ensembles.md that shows the largest tilt of two million tops.
 
-All tops have the same body. The body has no closed form, because its centre of mass is slightly off
-the symmetry axis. The tops have different spins and initial tilts. An interrupted computation is
-continued from the results in FOLDER.
+All tops have the same body. The motion has no closed-form solution, because the centre of mass is
+slightly off the symmetry axis. The tops have different spins and initial tilts. An interrupted
+computation is continued from the results in FOLDER.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """

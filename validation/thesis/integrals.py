@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations of motion in the rest frame and in the body frame (section 3.4)."""
+    """Compare the equations of motion in the inertial frame and in the body frame (section 3.4)."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
