@@ -76,7 +76,7 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 
 @pytest.mark.parametrize("states", [3001, 6001, 12001])
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
-    """Check a top whose apex passes a pole between two output times."""
+    """Check the mean rates of a top whose apex passes a pole between two output times."""
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
         kr.Body(1, moments, (0, 0, 0.5), unphysical=True),

@@ -250,7 +250,7 @@ def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():
-    """Check hanging tops whose energy is below the minimum because of rounding errors."""
+    """Check that hanging tops are solved even if rounding puts their energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)

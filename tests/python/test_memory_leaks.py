@@ -104,7 +104,7 @@ def attribute_calls():
 
 
 def suppress_errors(call):
-    """Return a function that calls `call` and ignores its exception."""
+    """Return a function that calls `call` and suppresses any exception."""
 
     def call_quietly():
         with contextlib.suppress(Exception, KeyboardInterrupt):

@@ -188,7 +188,7 @@ def make_faulty_closed_form(name, fault):
 def find_late_cells():
     """Return the results of closed forms with artificial faults at a late time.
 
-    One of the faults is a relative error of the time.
+    One of the faults is a relative error in the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)

@@ -1,4 +1,4 @@
-"""A log file of mutation tests, which makes it possible to continue an interrupted run."""
+"""A log file of mutation tests, from which an interrupted run can be continued."""
 
 import json
 from collections import Counter

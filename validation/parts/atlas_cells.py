@@ -1,7 +1,7 @@
 """The results of the stability atlas for all methods and test cases.
 
 Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
-the difference between both solutions and on a reference solution.
+the difference between the two solutions and on a reference solution.
 """
 
 from collections.abc import Callable

@@ -94,7 +94,7 @@ class FunctionRun:
 
 
 def processor_time(call, number=1):
-    """Return the mean processor time of a function [s]."""
+    """Return the mean processor time [s] of a function."""
     begin = time.thread_time()
     for _ in range(number):
         call()

@@ -2,7 +2,7 @@
 
 Step sizes and tolerances are chosen so that all methods take about the same time. All tops are
 scaled to the same angular velocity and are integrated over the same number of turns. The reference
-solutions are computed by heyoka in 80-bit arithmetic, with negligible errors.
+solutions are computed by heyoka in 80-bit arithmetic, so that their errors are negligible.
 """
 
 from functools import partial

@@ -286,7 +286,7 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the derivatives of the state at any times with respect to the initial state.
+    """Return the derivatives of the state at arbitrary times with respect to the initial state.
 
     Raises ValueError if the motion lies on a separatrix, or if a derivative overflows. The result
     has the shape (n, 6, 6), like path.tangents. The computation takes about a millisecond for each

@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top whose moments of inertia and lever are given along its principal axes."""
+    """A top whose moments of inertia and lever arm are given along its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]

@@ -1,4 +1,4 @@
-"""128-bit solutions by heyoka for tops with rotors, damping, friction and moving supports.
+"""Reference solutions by heyoka for tops with rotors, damping, friction and moving supports.
 
 In principal axes, let M be the momentum, u = q* turning q and P = q* e3 q. The angular velocity in
 the inertial frame is w = J^-1 (M - rotor). The equations are
@@ -8,7 +8,7 @@ the inertial frame is w = J^-1 (M - rotor). The equations are
 with g = gravity - amplitude rate^2 cos(rate t + phase) and the unit vector a along the apex. The
 friction torque is k = -friction times the sign of the spin <w - u, a>. If the spin is zero, k is
 the value that keeps the spin at zero, as long as |k| is at most the friction. One compiled
-integrator serves all tops.
+integrator in 128-bit arithmetic serves all tops.
 """
 
 import math
@@ -78,7 +78,7 @@ class _Equations:
 
 
 class SupportIntegrator:
-    """A compiled integrator that returns the attitude and the momentum of any scene."""
+    """A compiled integrator that computes attitudes and momenta for any scene."""
 
     def __init__(self):
         made = _Equations()

@@ -10,8 +10,8 @@ change of a state if the initial state is perturbed by one rounding error in a r
 drift of the conserved quantities is measured up to 1e6 tau.
 
 To test consistency, the closed form is also computed from a later state of the same motion. At 1e6
-tau, the states computed from both closed forms are compared. The difference between both closed
-forms is divided by the conditioning, because rounding errors change the frequencies.
+tau, the states computed from the two closed forms are compared. The difference between the two
+closed forms is divided by the conditioning, because rounding errors change the frequencies.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
