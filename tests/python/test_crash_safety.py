@@ -260,7 +260,7 @@ def example():
 def count_processes(folder, kill):
     """Return the number of processes needed to complete a run that is killed repeatedly.
 
-    Each process exits at its third call of the function `kill`.
+    Each process exits when it calls the function `kill` for the third time.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np

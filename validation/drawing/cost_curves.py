@@ -40,7 +40,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Return the point of a curve with the smallest error."""
+    """Return the point with the smallest error on a curve."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 

@@ -241,7 +241,7 @@ def compare_medians(found, target):
 
 
 def describe_group(title, found, target):
-    """Compare the run times of all programs at a given error in one sentence."""
+    """Compare in one sentence the run times of all programs at a given error."""
     own, ratios = compare_medians(found, target)
     if own is None:
         return ""

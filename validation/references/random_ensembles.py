@@ -68,7 +68,7 @@ def compute_truths(tops):
 
 
 def compute_conditioning(tops):
-    """Return the angle by which initial rounding errors change the final attitude [rad].
+    """Return the angle [rad] by which initial rounding errors change the final attitude.
 
     Errors as large as the conditioning are unavoidable in double precision.
     """

@@ -103,7 +103,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
 
 
 def rotation_angle(p, q):
-    """Return the angle between two attitudes [rad] in multiprecision."""
+    """Return the angle [rad] between two attitudes in multiprecision."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
@@ -165,7 +165,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning of a problem [rad], computed from derivatives."""
+    """Return the conditioning [rad] of a problem, computed from derivatives."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -219,7 +219,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of a problem [rad], computed from finite differences."""
+    """Return the conditioning [rad] of a problem, computed from finite differences."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 

@@ -197,7 +197,7 @@ def _to_space(state):
 
 
 def find_attitude_error(path, q):
-    """Return the angle between the last attitude of a path and `q` [rad]."""
+    """Return the angle [rad] between the last attitude of a path and `q`."""
     low = path.q_low[-1] if path.digits in (20, 30) else np.zeros(4)
     there = np.array(product(_exact(path.q[-1]) + _exact(low), _exact(path.scene.body.axes)))
     off = product([q[0], -q[1], -q[2], -q[3]], there / (there @ there) ** FP(0.5))

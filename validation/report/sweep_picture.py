@@ -22,7 +22,7 @@ TARGET = Path(__file__).with_name("sweep.png")
 
 
 def run_sweep(folder, spins=SPINS, tilts=TILTS):
-    """Return the largest nutation of each top [rad], with one row per spin."""
+    """Return the largest nutation [rad] of each top, with one row per spin."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
     # all tops are released without precession
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)

@@ -11,10 +11,10 @@ shares no code with kreisel; it uses only the attributes of the scene. Every top
 form is also tested if there is one.
 
 The conditioning of a state is its largest first-order change if each number of the scene is rounded
-once. It is computed as the larger of `path.conditioning` and the corresponding sum for the
-momentum. The conditioning is computed from the tangents. As a check, the reference is recomputed
-with all numbers multiplied by 1 +- 2^-30 with random signs. The resulting change, scaled to a
-perturbation of 2^-53, must not exceed the conditioning.
+once. The value used is the larger of two sums over the tangents: `path.conditioning`, and the same
+sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
+2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
+the conditioning.
 
 Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
 times the rate of the top. All errors should be at most 10 times the conditioning. For solutions
@@ -49,7 +49,7 @@ MOST_GROWTH = 1e6  # tops whose conditioning is larger are chaotic, and are coun
 
 
 def draw_body(rng, kind, has_rotor):
-    """Draw a body of the kind `kind`, described in permuted or rotated axes."""
+    """Draw a random body of the given kind, described in permuted or rotated axes."""
     densities, com = rng.uniform(0.1, 1.5, 3), rng.normal(size=3) * 0.4
     if kind in ("lagrange", "oblique", "free axial"):
         densities[1] = densities[0]

@@ -143,7 +143,7 @@ def draw_four_tops(courses, t, half, pivot):
 
 
 def fit_height(figure, axes, width=STILL_WIDTH):
-    """Adjust the height of a picture [inch] to its content."""
+    """Adjust the height [inch] of a picture to its content."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 

@@ -96,7 +96,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return half the angle between the attitudes [rad], which the thesis calls L.
+    """Return half the angle [rad] between the attitudes, which the thesis calls L.
 
     Raises ValueError if the times differ.
     """
