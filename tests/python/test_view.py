@@ -91,7 +91,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 @pytest.fixture
 def browser_addresses(monkeypatch):
-    """Replace the browser, and return the list of opened addresses."""
+    """Replace the browser by a stub, and return the list of addresses that it opens."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found

@@ -152,7 +152,7 @@ class ScipyRun:
 def compile_general_heyoka(tol, coefficients):
     """Compile a heyoka integrator that can be used for all tops.
 
-    This integrator is slower than one that is compiled for a single top.
+    The general integrator is slower than one that is compiled for a single top.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(

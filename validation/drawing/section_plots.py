@@ -1,6 +1,6 @@
 """Plots of Poincare sections, and of curves together with measured points.
 
-The points are embedded as an image, because there are many of them.
+The points are embedded as an image because of their large number.
 """
 
 import numpy as np

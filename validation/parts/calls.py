@@ -4,8 +4,8 @@ Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Ru
 heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
 by heyoka. Processor times are measured, because other programs hardly affect them.
 
-Run times at equal error are interpolated linearly in the logarithms of time and error. heyoka is
-timed only once for all tolerances that lead to the same order of the Taylor series.
+Run times at equal error are interpolated linearly in the logarithms of time and error. For all
+tolerances that lead to the same order of the Taylor series, heyoka is timed only once.
 """
 
 import time

@@ -1,9 +1,9 @@
 """Run time against error, for kreisel and other integrators on many random initial states.
 
 Random initial states are obtained by rotating the initial state of a scene and scaling the
-momentum. These changes preserve the character of the motion. Each program is run with many
-tolerances. The run time for a given error is the shortest run time of all runs whose error is not
-larger. For kreisel, the method is chosen automatically.
+momentum. The rotation and the scaling preserve the character of the motion. Each program is run
+with many tolerances. The run time for a given error is the shortest run time of all runs whose
+error is not larger. For kreisel, the method is chosen automatically.
 """
 
 from dataclasses import replace
@@ -93,7 +93,7 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run from another initial state, which uses the same compiled integrator."""
+    """Return a run that starts from another initial state and uses the same compiled integrator."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run

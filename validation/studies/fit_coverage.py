@@ -97,7 +97,7 @@ def attitudes(rng):
 def velocity(rng):
     """Simulate measurements of the angular velocity in the space frame.
 
-    These measurements do not determine the order of the axes.
+    The angular velocity in the space frame does not determine the order of the body axes.
     """
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)

@@ -55,8 +55,8 @@ def count_operations(order):
     """Return the numbers of vector operations per step in sums of products and elsewhere.
 
     A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
-    requires 27 other operations. These are 3 additions, 17 operations for the derivatives of q, P
-    and W, 5 permutations, and 2 operations that evaluate the series.
+    requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P
+    and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
