@@ -54,12 +54,12 @@ class SolveOptions:
         return self.events is not None
 
     @property
-    def tangent_bits(self) -> int:
+    def tangent_flags(self) -> int:
         """The bit flags of the requested tangents."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
     @property
-    def tangent_columns(self) -> int:
+    def tangent_column_count(self) -> int:
         """The number of columns in the matrix of tangents."""
         return sum(TANGENTS[name][1] for name in self.tangents)
 
@@ -67,7 +67,7 @@ class SolveOptions:
     def core(self) -> CoreArguments:
         """The method and its parameters, as passed to the C library."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.has_low_words or self.has_events
+        precise = self.has_extended_precision or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
@@ -85,7 +85,7 @@ class SolveOptions:
         """True if the heading is not computed because no requested quantity depends on it."""
         return self.core[-1]
 
-    def keep_heading(self) -> SolveOptions:
+    def with_heading(self) -> SolveOptions:
         """Return a copy of the options with which the heading is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
@@ -105,11 +105,11 @@ class SolveOptions:
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
-    def has_low_words(self) -> bool:
+    def has_extended_precision(self) -> bool:
         """True if the states are recorded with more digits than double precision."""
         return (self.digits or 0) > 16
 
-    def step_with_sign(self, is_back: bool) -> float | None:
+    def get_signed_step(self, is_back: bool) -> float | None:
         """Return the step size, which is negative if `is_back` is True."""
         return -self.step if is_back and self.step is not None else self.step
 
@@ -138,7 +138,7 @@ def parse_options(
         chosen = methods[EXACT]
     name = method if requested is None else requested
     options = make_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.keep_heading() if any(top.turning) else options
+    return options.with_heading() if any(top.turning) else options
 
 
 def options_for_method(
@@ -161,9 +161,9 @@ def options_for_method(
         parse_tol(method, tol),
         parse_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
-        parse_want(want),
+        parse_requested_quantities(want),
         str(requested),
-        parse_every(method, every),
+        parse_recording_interval(method, every),
     )
 
 
@@ -189,7 +189,7 @@ def make_options(
     return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
-def parse_want(want: object) -> tuple[QuantityName, ...] | None:
+def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
     """Return the names of the quantities to record, without duplicates.
 
     Raises TypeError or ValueError for invalid names.
@@ -261,7 +261,7 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
 
 
-def parse_every(method: Method, every: object) -> int | None:
+def parse_recording_interval(method: Method, every: object) -> int | None:
     """Return the number of steps between two recorded states.
 
     Raises ValueError for an adaptive method.

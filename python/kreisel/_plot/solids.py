@@ -111,7 +111,7 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_faces(axes, np.concatenate([_join_rims(rims), *ends]), colour, elevation, azimuth)
+    draw_faces(axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
 
 
@@ -127,7 +127,7 @@ def draw_scale(
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    aside, upwards = _direction_away_from_curve(x, y, 0.3 * extent)
+    aside, upwards = _find_direction_away_from_curve(x, y, 0.3 * extent)
     axes.annotate(
         "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
         ha=("center", "left", "right")[round(aside)],
@@ -147,7 +147,7 @@ def draw_scale(
     )  # fmt: skip
 
 
-def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
+def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
     near = np.hypot(x - x[0], y - y[0]) <= reach
     away = complex(x[0] - x[near].mean(), y[0] - y[near].mean())
     if not abs(away) > 0.0:
@@ -160,13 +160,13 @@ def _thickness_or_default(centre: Array, thickness: float | None) -> float:
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
 
-def _join_rims(rims: Array) -> Array:
+def _connect_rings(rims: Array) -> Array:
     """Return the faces that connect each ring of points with the next."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def parallel_normals(tangent: Array) -> Array:
+def compute_parallel_normals(tangent: Array) -> Array:
     """Return two unit normals at each point of a curve, without twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
