@@ -185,7 +185,7 @@ class Series:
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between the attitudes `q` and `high` + `low`."""
+    """Return the angle between the attitude `q` and the attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
@@ -194,7 +194,7 @@ def attitude_error(q, high, low=(0, 0, 0, 0)):
 
 
 def decimal_error(scene, t, digits):
-    """Return the attitude error of the Taylor method at time `t`, for a given number of digits."""
+    """Return the attitude error at time `t` of a Taylor solution with the given precision."""
     path = kr.solve(scene, [0.0, t], "taylor", digits=digits)
     low = path.q_low[-1] if digits else (0, 0, 0, 0)
     return attitude_error(Series(scene).to(t)[0], path.q[-1], low)

@@ -31,7 +31,7 @@ def make_scene(name, **words):
 
 
 def list_unsupported_calls(scene, path):
-    """Return calls that raise an error if the support moves or friction acts."""
+    """Return functions that must raise an error if the support moves or friction acts."""
     return (
         lambda: kr.exact(scene),
         lambda: kr.solve(scene, 1.0, "exact"),
@@ -58,7 +58,7 @@ class Motion:
         self.apex = self.com / reach if reach else axes[2]
 
     def see_from_body(self, y):
-        """Return the momentum and the angular velocity of the support in the body frame."""
+        """Return the top's momentum and the support's angular velocity in the body frame."""
         q = tuple(y[:4])
         return np.array(turn_back(q, tuple(y[4:]))), np.array(turn_back(q, self.scene.turning))
 
@@ -71,7 +71,7 @@ class Motion:
         return self.relative(y) @ self.apex
 
     def torque(self, t, y):
-        """Return the torque without friction, in the body frame."""
+        """Return the torque in the body frame, excluding dry friction."""
         amplitude, rate, phase = self.scene.shaking
         pull = self.scene.gravity - amplitude * rate**2 * np.cos(rate * t + phase)
         up = np.array(turn_back(tuple(y[:4]), (0.0, 0.0, 1.0)))
@@ -193,7 +193,7 @@ def compare_tangents(scene, end, columns, digits=16, step=1e-6):
 
 
 def unit_changes(scene, name, tangent=None):
-    """Return one column for `compare_tangents` per component of a scene parameter."""
+    """Return the tangent name and a perturbing function for each component of a scene parameter."""
     value = np.atleast_1d(getattr(scene, name))
 
     def change(k):

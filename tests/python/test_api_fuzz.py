@@ -60,12 +60,12 @@ pytestmark = pytest.mark.filterwarnings(
 
 
 class Endless(BaseException):
-    """An exception for a call that takes longer than `SECONDS`."""
+    """An exception raised when a call takes longer than `SECONDS`."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Redirect files to a temporary folder, suppress the browser, and limit the time of calls."""
+    """Redirect files to a temporary folder, block the browser, and set a time limit for calls."""
 
     def end(*_):
         raise Endless

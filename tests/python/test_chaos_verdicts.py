@@ -53,7 +53,7 @@ def test_all_indicators_give_the_same_verdict():
 
 
 def test_an_unstable_integrable_motion_counts_as_chaotic():
-    """Check an unstable sleeping top, which is integrable but has a positive Lyapunov exponent."""
+    """Check that an integrable top with a positive Lyapunov exponent is classified as chaotic."""
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     scene = kr.Scene(body, velocity=(0.0, 0.0, 0.1), gravity=1.0)
     told = kr.megno(scene, 1000.0)

@@ -76,7 +76,7 @@ OF = {"solve": list(OPTIONS)[:15], "compare": list(OPTIONS)[15:20], "resume": li
 
 
 def draw_word(dice, words):
-    """Return a random word, preferably from the first half of `words`."""
+    """Return a random word, mostly from the first half of `words`."""
     return dice.choice(words[: (len(words) + 1) // 2] if dice.random() < 0.8 else words)
 
 

@@ -182,7 +182,7 @@ def write_contents(file, ways):
 def kill_writer(file, ways, seconds):
     """Write a file repeatedly in a child process, and kill the process after `seconds`.
 
-    Return True if the process was still running.
+    Return True if the child process was still running when it was killed.
     """
     told, tell = os.pipe()
     child = os.fork()
@@ -260,7 +260,7 @@ def example():
 def count_processes(folder, kill):
     """Return the number of processes needed to complete a run that is killed repeatedly.
 
-    Each process exits at its third call of the function `kill`.
+    Each process exits when it calls the function `kill` for the third time.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np

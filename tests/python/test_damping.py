@@ -54,7 +54,7 @@ def test_paths_agree_with_scipy(digits):
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
 def test_digits_of_a_decaying_spin(digits, tolerance):
-    """Compare with the exponential decay of the momentum about a principal axis."""
+    """Check the momentum about a principal axis against its exact exponential decay."""
     mp = pytest.importorskip("mpmath")
     with mp.workdps(40):
         scene = kr.Scene(

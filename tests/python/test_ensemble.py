@@ -29,7 +29,7 @@ def block(tops, index):
 
 
 def assert_same(tops, scene_at):
-    """Assert that each member is bitwise equal to the corresponding scene."""
+    """Assert that each member of an ensemble is bitwise equal to the corresponding scene."""
     assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)

@@ -1,4 +1,4 @@
-"""Tests of threads and executors of ensembles."""
+"""Tests of the threads and executors that ensembles use."""
 
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Tests of invalid arguments and interruptions of ensembles."""
+"""Tests that ensembles reject invalid arguments and can be interrupted."""
 
 import contextlib
 import signal
@@ -135,7 +135,7 @@ LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
 
 @contextlib.contextmanager
 def send_sigint(after):
-    """Send SIGINT to this process after `after` seconds."""
+    """Send SIGINT to this process after a delay of `after` seconds."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)
     try:

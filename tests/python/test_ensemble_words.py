@@ -1,4 +1,4 @@
-"""Tests of the arguments of ensembles."""
+"""Tests of the parameters that vary, are scattered or are random in ensembles."""
 
 import math
 

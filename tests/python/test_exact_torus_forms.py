@@ -14,7 +14,7 @@ import pytest
 
 @dataclass(frozen=True)
 class Form:
-    """A closed form and a top that it describes."""
+    """A closed form, and a top whose motion it describes."""
 
     result: type
     scene: kr.Scene

@@ -26,7 +26,7 @@ def size_of_columns(tangents):
 
 
 def assert_near(tangents, truth, within):
-    """Assert that tangents agree, ignoring columns of NaN."""
+    """Assert that two arrays of tangents agree, except for tangents that are NaN."""
     known = ~np.isnan(tangents).any(axis=(0, 1))
     miss = size_of_columns((tangents - truth)[:, :, known])
     assert (miss <= within * size_of_columns(truth[:, :, known])).all()

@@ -1,4 +1,4 @@
-"""Tests of turning points and motion types of closed forms."""
+"""Tests of the turning points and motion types that closed forms report."""
 
 import copy
 import doctest
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops whose motion is nearly of the type `kind`."""
+    """Return a random top whose motion is close to the special motion `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True

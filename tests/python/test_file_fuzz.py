@@ -186,7 +186,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_is_refused(data, file):
-    """Check archives whose members are modified but whose checksums are correct."""
+    """Check that modified archives with correct checksums are loaded or rejected properly."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""

@@ -318,7 +318,10 @@ def test_steady_precession_is_reported_as_uninformative():
 
 
 def test_the_moments_of_toutatis_agree_with_published_values():
-    """Compare with results of Takahashi, Busch and Scheeres (2013) from five flybys."""
+    """Compare the moment ratios of Toutatis with those of Takahashi, Busch and Scheeres (2013).
+
+    The published values are based on five flybys.
+    """
     [example] = (Path(__file__).parents[2] / "docs/examples/fits").glob("toutatis.py")
     found = runpy.run_path(str(example))["fit"].moment_ratios
     for (value, error), published in zip(found.values(), (3.0836, 3.235), strict=True):

@@ -1,4 +1,4 @@
-"""Tests of progress, interruption and threads in kreisel.fit."""
+"""Tests of how kreisel.fit searches, reports progress and handles interruptions."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor

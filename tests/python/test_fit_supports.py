@@ -25,7 +25,7 @@ HEADING = "the heading: a rotation of the start about the vertical"
 
 
 def integrate(scene, t):
-    """Return attitudes and relative velocities of a frictionless motion, computed by SciPy."""
+    """Compute attitudes and angular velocities relative to a frictionless support by SciPy."""
     motion = Motion(scene)
     begin = np.array([*scene.attitude, *scene.momentum])
     found = scipy_integrate.solve_ivp(
@@ -49,7 +49,7 @@ def rotate_randomly(q, rng):
 
 
 def simulate(scene, seed, end=3.0, n=150):
-    """Return simulated measurements of the attitude and the relative velocity."""
+    """Simulate measurements of the attitude and angular velocity relative to the support."""
     t, rng = np.linspace(0.0, end, n), np.random.default_rng(seed)
     q, velocity = integrate(scene, t)
     seen = velocity + SIGMA * rng.normal(size=velocity.shape)
@@ -166,7 +166,7 @@ def test_a_gyroscope_on_a_turntable_measures_inertial_velocity():
 
 
 def test_the_apex_seen_from_a_turntable_needs_no_initial_guess():
-    """Fit measurements of the apex that were made from a turntable."""
+    """Fit a top to measurements of its apex made on a turntable."""
     rate, t = 0.7, np.linspace(0.0, 4.0, 200)
     x, y, z = kr.solve(SYMMETRIC, t).apex.T
     sine, cosine = np.sin(rate * t), np.cos(rate * t)

@@ -76,7 +76,7 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 
 @pytest.mark.parametrize("states", [3001, 6001, 12001])
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
-    """Check a top whose apex passes a pole between two output times."""
+    """Check the mean rates of a top whose apex passes a pole between two output times."""
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
         kr.Body(1, moments, (0, 0, 0.5), unphysical=True),
@@ -159,7 +159,7 @@ def test_chaotic_paths_have_a_large_remainder():
 
 
 def test_undetermined_rates_are_nan():
-    """Check that mean rates are NaN if the apex passes a pole irregularly on both sides."""
+    """Check that mean rates are NaN if the apex passes a pole on irregularly changing sides."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

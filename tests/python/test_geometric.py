@@ -239,7 +239,7 @@ def test_energy_errors_of_suzuki4_are_those_of_a_published_table():
 
 @pytest.mark.parametrize(("order", "bound"), [(2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)])
 def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
-    """Check the smallest energy error of each order at the published step size."""
+    """Check the smallest energy error among methods of each order at the published step size."""
     scene, _ = load_published("simo_wong_fast_top")
     errors = [
         energy_drift(scene, 10, name, np.radians(26) / 50.0)
@@ -250,7 +250,7 @@ def test_energy_errors_of_the_top_of_simo_and_wong(order, bound):
 
 
 def test_a_hanging_top_with_rounding_errors_is_solved():
-    """Check hanging tops whose energy is below the minimum because of rounding errors."""
+    """Check that hanging tops are solved even if rounding puts their energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)
@@ -313,7 +313,7 @@ def test_an_error_is_at_most_a_tenth_of_a_radian():
 
 
 class Search:
-    """A step-size search with predetermined errors."""
+    """A step-size search whose runs return predetermined errors."""
 
     conditioning, first, budget = 1e-9, 10, 1000
     method, order, end, target = "strang", 2, 8.0, 1e-9

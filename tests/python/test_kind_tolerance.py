@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations of the moments from those of a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body in randomly rotated axes."""
+    """Return a body described in randomly rotated axes."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)

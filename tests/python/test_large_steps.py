@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """Return the attitude error after ten steps [rad], or None if the step size is rejected."""
+    """Return the attitude error [rad] after ten steps, or None if the step size is rejected."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
@@ -77,7 +77,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
     """Check that excessively large step sizes are rejected.
 
     A step h is rejected if h^2 times the largest torque exceeds twice the smallest moment. A step
-    is also rejected if the body could turn by more than `most` [rad].
+    is also rejected if the body could turn by more than `most` radians.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
@@ -92,7 +92,7 @@ def test_modified_kicks_and_rotations_have_a_largest_step(method, kinds, most):
 
 
 def test_takahashi_imada4_allows_large_steps_of_a_fast_lagrange_top():
-    """Check large steps of a fast Lagrange top, whose drift is computed exactly."""
+    """Check that a method with exact drifts allows large steps of a fast Lagrange top."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

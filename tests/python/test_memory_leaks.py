@@ -104,7 +104,7 @@ def attribute_calls():
 
 
 def suppress_errors(call):
-    """Return a function that calls `call` and ignores its exception."""
+    """Return a function that calls `call` and suppresses any exception."""
 
     def call_quietly():
         with contextlib.suppress(Exception, KeyboardInterrupt):
@@ -133,7 +133,7 @@ def error_calls():
 
 
 def measure_growth(call):
-    """Return the growth of Python's number of allocated memory blocks after repeated calls."""
+    """Return the increase in Python's allocated memory blocks after repeated calls."""
     for _ in range(20):
         call()
     gc.collect()

@@ -14,7 +14,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return all applicable pairs of a method and a body for the given flags."""
+    """Return all pairs of a method with the given properties and a body that it applies to."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -105,7 +105,7 @@ def is_compensated(name, body):
 def test_rounding_errors_do_not_accumulate(name, body):
     """Check that the energy error stays far below the sum of uncompensated rounding errors.
 
-    The truncation error of these methods is negligible at this step size.
+    At the step size 0.01, the truncation error of the tested methods is negligible.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()

@@ -15,7 +15,7 @@ SOME = ("nutation", "frame")
 
 
 def solve_unordered(scene, times, *words, **more):
-    """Return the path at `times`, which may be in any order."""
+    """Return a path with states at `times`, which may be in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
     return path[np.argsort(order, kind="stable")]

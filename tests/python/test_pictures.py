@@ -415,7 +415,7 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 
 def corners_of_film(film):
-    """Return the projected vertices of the body in the first frame of a film."""
+    """Return the projected vertices of the body in the first frame of an animation."""
     drawn = next(film._draw_frames()).axes[0].collections
     (solid,) = [part for part in drawn if isinstance(part, PolyCollection)]
     return np.concatenate([path.vertices for path in solid.get_paths()])

@@ -1,4 +1,4 @@
-"""Tests of runs that are pushed, reset or changed midway."""
+"""Tests of impulses, resets and other changes in the middle of a run."""
 
 import copy
 import math
@@ -75,7 +75,7 @@ def test_opposite_pushes_keep_30_digits(scene):
 
 @pytest.mark.parametrize("name", ["exact", "taylor", "strang", "blanes_moan6", "taylor 30"])
 def test_a_struck_free_body_precesses_about_its_new_momentum(name):
-    """Compare with the closed-form precession of a free symmetric body."""
+    """Compare the motion after an impulse with the closed form for a free symmetric body."""
     method, _, digits = name.partition(" ")
     body = kr.Body(mass=1.0, inertia=(2.0, 2.0, 0.5), com=(0, 0, 0))
     spinning = kr.Scene(body, momentum=(0.0, 0.0, 1.5))
@@ -158,7 +158,7 @@ def exact_sum(high, low):
 
 
 def exact_momentum(old, new, state):
-    """Return the exact momentum of the body `new` at the angular velocity of the body `old`."""
+    """Return the exact momentum after `old` is replaced by `new` at unchanged angular velocity."""
     q = exact_matrix(exact_sum(state.q[0], state.q_low[0]))
     p, r = (q @ exact_matrix([Fraction(x) for x in body.axes]) for body in (old, new))
     first, second = (np.diag([Fraction(x) for x in body.moments]) for body in (old, new))
@@ -398,7 +398,7 @@ def test_events_after_a_push_are_found_once():
 
 
 def test_a_terminal_event_can_push_the_top_repeatedly():
-    """Check the energy of a top that bounces at a given height."""
+    """Check that a top keeps its energy when it bounces at a given height."""
     floor = kr.events.crossing("apex_z", 0.5, direction=-1, terminal=True)
     top = kr.Scene.spinning(LAGRANGE.body, spin=0.0, tilt=0.5)
     run, times = kr.start(top, events=[floor]), []

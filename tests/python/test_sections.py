@@ -132,7 +132,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_a_single_component_can_be_the_event(name):
-    """Check events on a component that depends on another quantity."""
+    """Check events at extrema of the spin and of single vector components."""
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
     assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9

@@ -226,7 +226,7 @@ def test_a_partial_sweep_omits_damaged_parts(tmp_path):
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
-    """Check that damage to the schema of a Parquet file, which has no checksum, is detected."""
+    """Check that damage to the schema of a Parquet file is detected without a checksum."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     made = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")

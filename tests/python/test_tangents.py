@@ -13,7 +13,7 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the rotation vector and the momentum change between the ends of two paths."""
+    """Return the rotation vector and the momentum difference between the states of two paths."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))

@@ -37,7 +37,7 @@ def test_the_attitude_agrees_with_scipy():
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), CONE.turn((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_start_with_the_given_angles(body, angles):
-    """Check the initial Euler angles of bodies with the apex along different axes."""
+    """Check the initial Euler angles of bodies whose apex lies along different body axes."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 

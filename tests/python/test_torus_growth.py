@@ -24,7 +24,7 @@ def neighbour(scene, size):
 
 
 def tangent(scene, t):
-    """Return a path and the derivatives of its states along `CHANGE`."""
+    """Return a path and the derivatives of its states in the direction `CHANGE`."""
     path = kr.solve(scene, t, method="taylor", tangents="start")
     change = path.tangents @ np.concatenate([np.zeros(3), CHANGE])
     return path, change[:, :3], change[:, 3:]
@@ -43,8 +43,8 @@ def test_tangents_agree_with_differences_of_closed_forms(scene):
 def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     """Compare the growth of tangents with the exact derivatives of the frequencies.
 
-    The momentum M in the body frame is a function of the angle variables chi with rates w. A change
-    dw of the rates changes M by t times the sum of dw dM/dchi, plus a bounded term.
+    The momentum M in the body frame is a function of the angle variables chi with rates w. If the
+    rates change by dw, then M changes by t sum(dw dM/dchi), up to a bounded term.
     """
     size, n = 1e-5, 64
     ahead, back = neighbour(scene, size), neighbour(scene, -size)

@@ -51,7 +51,7 @@ def test_digits_agree_with_decimal_arithmetic(digits, tolerance):
 @pytest.mark.parametrize("t", [40.0, -40.0])
 @pytest.mark.parametrize("name", BODIES)
 def test_a_turning_support_equals_a_rotated_support_at_rest(name, t):
-    """Compare a turning support with a support at rest.
+    """Compare the motion on a turning support with the rotated motion on a support at rest.
 
     The support turns about a vertical axis unless gravity is zero.
     """

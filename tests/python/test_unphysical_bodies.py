@@ -240,7 +240,7 @@ def test_every_method_solves_or_refuses_rounded_bodies(name, body):
 
 
 def test_a_rounded_body_follows_eulers_equations():
-    """Compare with an independent integration of Euler's equations."""
+    """Compare solutions with an independent integration of Euler's equations."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     i1, i2, i3 = WATER
 

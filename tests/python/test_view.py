@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_viewer_may_run_only_its_own_script():
-    """Check that the page's security policy forbids foreign scripts and network requests."""
+    """Check that the page's security policy forbids external scripts and network requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -91,7 +91,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 @pytest.fixture
 def browser_addresses(monkeypatch):
-    """Replace the browser, and return the list of opened addresses."""
+    """Replace the browser by a stub, and return the list of addresses that it opens."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found

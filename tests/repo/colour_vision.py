@@ -1,6 +1,6 @@
 """Colour contrast and simulated colour blindness, for tests of charts and the viewer.
 
-Colour vision without one kind of cones is simulated in linear RGB. Source: Machado, Oliveira and
+Colour vision without one type of cone is simulated in linear RGB. Source: Machado, Oliveira and
 Fernandes, IEEE Transactions on Visualization and Computer Graphics 15 (2009), full dichromacy.
 """
 

@@ -33,7 +33,7 @@ class House:
         (self.folder / name).write_text(text)
 
     def insert(self, recipe, name, before, text):
-        """Insert `text` before the first line of a file that begins with `before`."""
+        """Insert `text` into a file, before the first line that begins with `before`."""
         old = (self.folder / name).read_text()
         at = old.index("\n" + before) + 1
         self.write(recipe, name, old[:at] + text + old[at:])
@@ -41,7 +41,7 @@ class House:
     def build(self):
         """Build the core and the extension without optimization, which compiles fastest.
 
-        Only the base instruction set is built on x86_64.
+        On x86_64, only code for the base instruction set is compiled.
         """
         cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
         options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]

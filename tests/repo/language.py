@@ -1,7 +1,7 @@
 """Measures of the language of docstrings, identifiers and file names.
 
-python tests/repo/language.py the measures of each tree, and what breaks a rule python
-tests/repo/language.py sample SEED 60 sentences and 40 private names for a reader to rate
+Run `python tests/repo/language.py` to print the measures and all violations of the rules. Run
+`python tests/repo/language.py sample SEED` to print 60 sentences and 40 private names to rate.
 """
 
 import ast
@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return each repeated module name with its files."""
+    """Return a dictionary from repeated module names to their files."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:

@@ -61,7 +61,7 @@ def kernels_of(text):
 def test_the_file_gives_the_same_bits_as_the_library(folder, tmp_path, compiler, options):
     """Compare the single-file build with the stored results.
 
-    Other tests use the same options, so that ccache compiles the file only once.
+    The compiler options equal those of other tests, so that ccache compiles kreisel.c only once.
     """
     need(compiler, "gcc")
     library = tmp_path / "kreisel.o"

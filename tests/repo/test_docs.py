@@ -46,7 +46,7 @@ def test_the_site_loads_nothing_from_other_servers(file):
 
 
 def test_the_gallery_example_of_waves_shows_waves():
-    """Check that the axis nutates visibly and several times per revolution."""
+    """Check that the nutation is visible and that several nutations occur per revolution."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)

@@ -1,4 +1,4 @@
-"""Tests that the page on embedding works without any other source files."""
+"""Tests that the instructions for embedding work without any other source files."""
 
 import re
 

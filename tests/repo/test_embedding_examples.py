@@ -286,7 +286,7 @@ def test_a_cmake_project_builds_the_library_with_one_method(example, tmp_path):
 
 
 def test_fetch_content_clones_the_given_repository(tmp_path):
-    """Check that CMake fetches the given repository, whose configuration stops with an error."""
+    """Check that CMake fetches a repository, as an error in its CMakeLists.txt shows."""
     need("cmake", "git")
     repository = tmp_path / "repository"
     run("git", "init", "-q", "-b", "main", repository)

@@ -46,8 +46,8 @@ def test_the_library_agrees_with_the_snapshot(tmp_path):
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
 
-    The file contains expected output with and without fused multiply-add. Other processors are
-    tested by .ci/processors.
+    Expected outputs with and without fused multiply-add are stored in kernels.txt. Other processors
+    are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     told = run_with_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")

@@ -113,7 +113,7 @@ def test_a_run_stays_below_the_peak_of_a_core(findings):
 
 
 def test_the_operations_of_a_series_are_counted():
-    """Compare with an explicit count of the multiplications in one Taylor step."""
+    """Compare the operation count with an explicit count of the products in one Taylor step."""
     scene = kr.scenes.goryachev_chaplygin
     path = kr.solve(scene, [0.01], "taylor", tol=1e-3)
     assert path.stats.steps == 1

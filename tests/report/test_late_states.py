@@ -1,4 +1,4 @@
-"""Tests of the report's table of computing times for late states."""
+"""Tests of the report's table of run times for computing states at large times."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Tests of the report's part on many initial states."""
+"""Tests of the part of the report that compares many random initial states."""
 
 from dataclasses import replace
 from types import SimpleNamespace

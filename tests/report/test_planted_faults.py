@@ -1,7 +1,7 @@
 """Tests that the report detects artificial faults in every method.
 
-A faulty result must be classified as silently wrong. An error shared by both runs cannot be
-detected by a user.
+A faulty result must be classified as silently wrong. A user cannot detect an error that is the same
+in both runs.
 """
 
 import re
@@ -137,7 +137,7 @@ def test_runs_without_faults_are_not_silent(family):
 def test_faults_in_both_runs_are_silent(family, fault):
     """Check that large faults in both runs are classified as silently wrong.
 
-    Faults within the requested tolerance are excluded.
+    Errors within the requested tolerance are not counted as faults.
     """
     sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
     clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
@@ -161,7 +161,7 @@ def test_faults_proportional_to_the_error_are_never_silent(family):
 
 
 def test_steps_of_half_a_turn_are_mentioned_in_the_verdict():
-    """Check that a large step size is mentioned if there are only two steps per turn."""
+    """Check that the verdict mentions a large step size if there are only two steps per turn."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -188,7 +188,7 @@ def make_faulty_closed_form(name, fault):
 def find_late_cells():
     """Return the results of closed forms with artificial faults at a late time.
 
-    One of the faults is a relative error of the time.
+    One of the faults is a relative error in the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: compute_earlier_attitudes(scene, t, 1.0 - 2.0**-34)

@@ -58,7 +58,7 @@ def is_trouble(message):
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     """Open the viewer in a new window with `scale` screen pixels per CSS pixel.
 
-    The page's attribute `troubles` collects console messages and network requests.
+    Errors, warnings and network requests are appended to the page's attribute `troubles`.
     """
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
@@ -164,7 +164,7 @@ def read_message(page):
 
 
 def count_colours(page):
-    """Return the number of different colours in the picture."""
+    """Return the number of different colours in the viewer's picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];

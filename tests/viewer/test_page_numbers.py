@@ -46,7 +46,7 @@ def open_exercise(page, ask):
 
 
 def read_numbers(page):
-    """Return the numbers shown over the picture, with the notes below them."""
+    """Return the numbers shown over the picture and the notes below the numbers."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [

@@ -1,14 +1,14 @@
-"""Accuracy tests of all public functions on random tops, against solutions with 20 digits.
+"""Accuracy tests of all public functions on random tops, against 20-digit solutions.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
 The tests cover kr.solve, ensembles, kr.stream, and runs that are saved and resumed. Events,
 sections, tangents and Lyapunov exponents are also tested. All tested functions use the default
-precision. The reference solution is the Taylor series with 20 digits. The attitude error must not
-exceed a small multiple of the conditioning plus a constant. The conditioning is the change in
-attitude caused by one rounding error in each initial value and parameter. The program prints one
-line for each type of top and for each error that is too large. The program exits with status 1 if
-any results disagree.
+precision. The reference solutions are computed by the Taylor method in 20-digit arithmetic. The
+attitude error must not exceed a small multiple of the conditioning plus a constant. The
+conditioning is the change in attitude caused by one rounding error in each initial value and
+parameter. The program prints one line for each type of top and for each error that is too large.
+The program exits with status 1 if any results disagree.
 """
 
 import argparse
@@ -202,7 +202,7 @@ def check_events(reference):
 
 
 def apex_range(scene):
-    """Return the range of the height of the apex along a path, but at least 1e-16."""
+    """Return the range of the apex heights along a path, or 1e-16 if it is smaller."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 

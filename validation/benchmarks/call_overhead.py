@@ -62,7 +62,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Return the run time of the C library [us] for each benchmark."""
+    """Return the run time [us] of the C library for each benchmark."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
@@ -87,7 +87,7 @@ def gsl_flags():
 
 
 def time_call(interpreter, call, folder):
-    """Return the run time of a function call [us], measured in a separate process."""
+    """Return the run time [us] of a function call, measured in a separate process."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:

@@ -1,4 +1,4 @@
-"""Reference states for tests/c/test_exact.c, by quadrature in 50 digits or more.
+"""Reference states for tests/c/test_exact.c, computed by quadrature with at least 50 digits.
 
     python -m validation.benchmarks.closed_form_truth > tests/c/exact_truth.h
 

@@ -1,4 +1,4 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from 128-bit heyoka.
+"""Reference states for tests/c/test_kowalewski.c, computed by heyoka in 128-bit arithmetic.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Draw a random body with two equal principal moments, and values of gravity and attitude."""
+    """Return a random body with two equal principal moments, and a gravity and attitude for it."""
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLE[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)

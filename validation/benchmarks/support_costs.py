@@ -2,8 +2,8 @@
 
     python -m validation.benchmarks.support_costs [kind ...] [--rounds 41] [--digits 16 30]
 
-The same body is timed alternately with and without each effect, and the median ratio is printed.
-The program also times ensembles of tops on one thread. Ensembles of tops without support motion,
+Each effect is switched on and off alternately, and the median ratio of run times is printed. The
+program also times ensembles of tops on one thread. Ensembles of tops without support motion,
 friction or damping use SIMD instructions. For ensembles that cannot use SIMD instructions, the cost
 relative to single tops is also printed.
 """
@@ -48,21 +48,21 @@ def make_ensemble(scene):
 
 
 def time_single(scene, digits, share):
-    """Return the processor time per step for a single top [s]."""
+    """Return the processor time per step [s] for a single top."""
     begin = time.process_time()
     path = kr.solve(scene, share * SPAN[digits], "taylor", digits=digits)
     return (time.process_time() - begin) / path.stats.steps
 
 
 def time_members(tops, digits, share):
-    """Return the processor time per step of one top in an ensemble [s]."""
+    """Return the processor time per step [s] of one top in an ensemble."""
     begin = time.process_time()
     paths = kr.solve(tops, share * SPAN[digits], "taylor", digits=digits, threads=1)
     return (time.process_time() - begin) / paths.steps.sum()
 
 
 def find_ratios(measure, plain, others, rounds):
-    """Return the median time ratio of each scene to `plain`, and the median time of `plain`."""
+    """Return each scene's median time relative to `plain`, and the median time of `plain`."""
     bases, ratios = [], {name: [] for name in others}
     for _ in range(rounds):
         for name, other in others.items():

@@ -8,7 +8,7 @@ from ..competitors import timing
 def median_times(calls, rounds=41):
     """Return estimates of the run times of several functions, which are called alternately.
 
-    Each estimate is the run time of the first function multiplied by a median ratio.
+    Each estimate is the first function's median time multiplied by a median ratio of times.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)

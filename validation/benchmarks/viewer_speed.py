@@ -118,7 +118,7 @@ def print_spread(what, took, worked):
 
 
 def time_drag_events(browser, page, *held):
-    """Return the duration and the processor time of each mouse event [ms]."""
+    """Return the duration [ms] and the processor time [ms] of each mouse event."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [

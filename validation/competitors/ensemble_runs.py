@@ -1,8 +1,8 @@
 """Integration of many tops of one body, by kreisel and by other integrators.
 
-All integrators are wrapped in functions without arguments that return the final attitudes. The
-heyoka integrators are compiled with the constants of the body. A heyoka integrator advances eight
-tops at a time with SIMD instructions. Either each thread has its own integrator, or heyoka's
+Each integrator is wrapped in a function that takes no arguments and returns the final attitudes.
+The heyoka integrators are compiled with the constants of the body. A heyoka integrator advances
+eight tops at a time with SIMD instructions. Either each thread has its own integrator, or heyoka's
 ensemble function is used.
 """
 
@@ -40,7 +40,7 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Return the initial states as columns, padded to a whole number of batches."""
+    """Return the initial states as columns of an array, padded to a whole number of batches."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
@@ -160,7 +160,7 @@ PEERS = (
 def select_movers(tops, each=1):
     """Return the integrators that support a given body, with kreisel first.
 
-    If `each` is 2 or more, only every `each`-th tolerance or step size is used.
+    If `each` is n > 1, only every n-th tolerance or step size is used.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

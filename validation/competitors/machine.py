@@ -91,7 +91,7 @@ def describe_peers(gsl, today):
 
 
 def describe_gsl():
-    """Describe whether GSL is available, and in which version."""
+    """Describe whether GSL is included, and name its version if known."""
     if not has_gsl():
         return GSL_MISSING
     ask = ["pkg-config", "--modversion", "gsl"]

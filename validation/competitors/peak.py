@@ -14,7 +14,7 @@ PRODUCTS = 21  # products of series in each term: 12 for the attitude, 6 for P, 
 
 @cache
 def measure_peak():
-    """Return the peak rate of floating-point operations on one core [1/s].
+    """Return the peak rate [1/s] of floating-point operations on one core.
 
     A fused multiply-add counts as two operations. Returns None if no C compiler is available.
     """
@@ -32,7 +32,7 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations needed to multiply Taylor series along a path.
+    """Return the number of floating-point operations for all Taylor-series products along a path.
 
     Each fused multiply-add counts as two operations.
     """

@@ -99,7 +99,7 @@ class HeyokaRun:
 
 
 class ScipyRun:
-    """An integration by DOP853 of SciPy, with the equations of motion written in Python."""
+    """An integration by SciPy's DOP853, with the equations of motion written in Python."""
 
     setup = None
 
@@ -152,7 +152,7 @@ class ScipyRun:
 def compile_general_heyoka(tol, coefficients):
     """Compile a heyoka integrator that can be used for all tops.
 
-    This integrator is slower than one that is compiled for a single top.
+    The general integrator is slower than one that is compiled for a single top.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(

@@ -1,6 +1,6 @@
 """Interleaved timing of several functions on a noisy machine.
 
-All functions are called in each round, so that other load on the machine slows them equally.
+All functions are called in each round, so that machine load slows all of them equally.
 """
 
 import gc

@@ -40,7 +40,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Return the point of a curve with the smallest error."""
+    """Return the point with the smallest error on a curve."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
@@ -115,7 +115,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw the curves of all methods in one panel, with the methods `named` in colour.
+    """Draw the curves of all methods in one panel, highlighting the methods in `named`.
 
     The list `named` determines the colour and the marker of each method.
     """

@@ -17,7 +17,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """A square of the heat map, with the error if it is known."""
+    """A square of the heat map, showing the error of one run if it is known."""
 
     row: str
     column: str

@@ -1,6 +1,6 @@
 """Plots of Poincare sections, and of curves together with measured points.
 
-The points are embedded as an image, because there are many of them.
+The points are embedded as an image because of their large number.
 """
 
 import numpy as np
@@ -48,7 +48,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a Poincare section beside a plot of the rotation between crossings."""
+    """Draw a Poincare section beside a plot of the rotation number of each orbit."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -68,7 +68,7 @@ def draw_section_and_rotation(panel, title, rotation):
 def draw_regions(borders, points, greatest, highest, close):
     """Draw numbered points in the plane of vertical momentum and energy.
 
-    An inset enlarges the rectangle with the two corners `close`.
+    An inset enlarges the rectangle whose opposite corners are given by `close`.
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")

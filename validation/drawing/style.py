@@ -1,4 +1,4 @@
-"""A common style for all figures, with SVG text in the colour of the page."""
+"""A common style for all figures, with SVG text in the page's text colour."""
 
 import io
 
@@ -142,7 +142,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colours, markers and line styles of all curves in a panel.
 
-    The other integrators `peers` have dashed lines and hollow markers.
+    The other integrators, listed in `peers`, have dashed lines and hollow markers.
     """
     own = [name for name in LEADERS if name in family]
     own += [name for name in family if name not in (*peers, *own)]

@@ -10,9 +10,9 @@ ROW, WIDTH, NAMES, TOP, BELOW = 0.175, 8.6, 1.45, 0.35, 0.45  # [inch]
 
 
 def draw_verdict_bars(counts, verdicts):
-    """Draw a bar for each method, which shows how often each verdict occurs.
+    """Draw a stacked bar for each method, showing how often each verdict occurs.
 
-    `counts` maps each method to the numbers of verdicts.
+    `counts` maps each method to the number of occurrences of each verdict.
     """
     height = TOP + ROW * len(counts) + BELOW
     with plt.rc_context(STYLE):

@@ -44,7 +44,7 @@ def list_mutants(root, only=""):
 def list_test_modules(root):
     """Return all test modules that are used in mutation testing.
 
-    Style tests are not used either, because they check the source text rather than the behaviour.
+    Style tests are not used, because they check the source text rather than the behaviour.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]

@@ -1,4 +1,4 @@
-"""A log file of mutation tests, which makes it possible to continue an interrupted run."""
+"""A log file of mutation tests, from which an interrupted run can be continued."""
 
 import json
 from collections import Counter
@@ -40,7 +40,7 @@ def parse_line(line):
 
 
 def format_table(ledger, mutants):
-    """Format the final table, with the fraction of detected mutants and a list of the others."""
+    """Format a table with the fraction of detected mutants, and list the undetected ones."""
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]

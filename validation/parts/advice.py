@@ -79,7 +79,7 @@ def describe_group(rows, method, problems):
 
 
 def list_fixed_steps(comparison):
-    """Yield each target error with the fixed-step method that is fastest on most scenes."""
+    """Yield each target error and the fixed-step method that reaches it fastest on most scenes."""
 
     def has_step(row):
         return not row.peer and row.step is not None
@@ -96,7 +96,7 @@ def list_fixed_steps(comparison):
 
 
 def describe_late(comparison):
-    """Return the range of run times for the state at a large time, or None without measurements."""
+    """Return the range of run times for computing late states, or None if none were measured."""
     late = [found for found in comparison.late.values() if found]
     if not late:
         return None

@@ -71,7 +71,7 @@ def column_names(found):
 
 
 def make_square(cell):
-    """Return the square of the heat map for a result."""
+    """Return the heat-map square that represents a result."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
@@ -98,8 +98,7 @@ def family_contexts(found):
 def describe_cell(cell):
     """Return the verdict and a message if a result needs an explanation.
 
-    An explanation is needed if a run fails, if the error is not noticeable, or if an adaptive
-    method has a large error.
+    Failed runs, unnoticeable errors, and large errors of adaptive methods need an explanation.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):

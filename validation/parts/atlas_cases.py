@@ -223,7 +223,7 @@ def antipodal_cases():
     """Yield test cases in which the axis is nearly reversed in one step.
 
     The Bobenko-Suris map rotates the axis by 2 atan(h |w| / 2) per step, which is less than half a
-    turn. This angle is `gap` less than half a turn if h |w| / 2 = cot(gap / 2). Other methods
+    turn. The axis rotates by half a turn minus `gap` if h |w| / 2 = cot(gap / 2). Other methods
     rotate the axis by the angle h |w|.
     """
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1

@@ -1,7 +1,7 @@
 """The results of the stability atlas for all methods and test cases.
 
 Each test case is integrated twice, with different tolerances or step sizes. The verdict depends on
-the difference between both solutions and on a reference solution.
+the difference between the two solutions and on a reference solution.
 """
 
 from collections.abc import Callable
@@ -29,8 +29,8 @@ class Candidate:
     """A method of kreisel, or another integrator, that is tested in the stability atlas.
 
     The function `run` takes a problem, a scene, the output times, and a step size or tolerance. The
-    function returns attitudes of the principal axes, momenta in space, and the numbers of steps and
-    evaluations.
+    function returns attitudes of the principal axes, space-frame momenta, and the numbers of steps
+    and evaluations.
     """
 
     name: str

@@ -4,8 +4,8 @@ Two uses of kreisel are timed: calling kr.solve, and resetting an existing kr.Ru
 heyoka is compiled only once. For SciPy's DOP853, the right-hand side of the equations is compiled
 by heyoka. Processor times are measured, because other programs hardly affect them.
 
-Run times at equal error are interpolated linearly in the logarithms of time and error. heyoka is
-timed only once for all tolerances that lead to the same order of the Taylor series.
+Run times at equal error are interpolated linearly in the logarithms of time and error. For all
+tolerances that lead to the same order of the Taylor series, heyoka is timed only once.
 """
 
 import time
@@ -94,7 +94,7 @@ class FunctionRun:
 
 
 def processor_time(call, number=1):
-    """Return the mean processor time of a function [s]."""
+    """Return the mean processor time [s] of a function."""
     begin = time.thread_time()
     for _ in range(number):
         call()
@@ -102,7 +102,7 @@ def processor_time(call, number=1):
 
 
 def sample_in_turn(calls, rounds):
-    """Return the processor times of several functions, which are called alternately [s]."""
+    """Return the processor times [s] of several functions, which are called alternately."""
     samples = [[] for _ in calls]
     with timing.pause_gc():
         numbers = [
@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return two ratios of heyoka's run time to kreisel's, from medians and from shortest times."""
+    """Return the ratio of heyoka's run time to kreisel's, as a median and for shortest times."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 

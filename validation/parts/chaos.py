@@ -40,7 +40,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return `size` together with the relative energy drift of all orbits."""
+    """Return `size`, extended by the largest relative energy drift and the number of states."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])

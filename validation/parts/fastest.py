@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest run that reaches the target error and for which `wanted` is true."""
+    """Return the fastest run that reaches the target error and satisfies the condition `wanted`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()

@@ -1,4 +1,4 @@
-"""Run times for computing the state at a large time, by closed forms and by integrators."""
+"""Run times of closed forms and integrators for computing the state at a large time."""
 
 import kreisel as kr
 import numpy as np
@@ -37,7 +37,7 @@ def list_tasks(problem, budget):
 
 
 def measure_late_state(problem, quick):
-    """Return the run times of all methods for the state at a large time [s]."""
+    """Return the run times [s] that all methods take to compute the state at a large time."""
     t = QUICK if quick else LATE
     form = make_closed_form(problem)
     exact, taylor = (
@@ -61,7 +61,7 @@ def measure_late_state(problem, quick):
 
 
 def describe_late_state(found):
-    """Describe the run times for the state at a large time."""
+    """Describe the run times for computing the state at a large time."""
     if not found:
         return ""
     times = {name: found[name] for name in ("exact", "state", "taylor", "heyoka")}

@@ -1,9 +1,9 @@
-"""Run time against error for many random initial states, with kreisel and other integrators.
+"""Run time against error, for kreisel and other integrators on many random initial states.
 
 Random initial states are obtained by rotating the initial state of a scene and scaling the
-momentum. These changes preserve the character of the motion. Each program is run with many
-tolerances. The run time for a given error is the shortest run time of all runs with at most this
-error. For kreisel, the method is chosen automatically.
+momentum. The rotation and the scaling preserve the character of the motion. Each program is run
+with many tolerances. The run time for a given error is the shortest run time of all runs whose
+error is not larger. For kreisel, the method is chosen automatically.
 """
 
 from dataclasses import replace
@@ -93,7 +93,7 @@ def make_runs(starts, end, tol):
 
 
 def restart(compiled, start):
-    """Return a run from another initial state, which uses the same compiled integrator."""
+    """Return a run that starts from another initial state and uses the same compiled integrator."""
     run = object.__new__(HeyokaRun)
     vars(run).update(vars(compiled), start=equations.round_to(equations.start_state(start), float))
     return run
@@ -150,7 +150,7 @@ def load_findings(problems, store):
 
 
 def times_to_error(found, program, target):
-    """Return the run times of one program for all initial states [s], infinite after a failure."""
+    """Return the run time [s] of one program for each initial state, or infinity if it fails."""
     times = {(each["scene"], i): np.inf for each in found for i in range(each["starts"])}
     for run in (run for each in found for run in each["runs"]):
         if run["program"] == program and run["attitude_error"] <= target:
@@ -228,7 +228,7 @@ def finite_or_none(x):
 def compare_medians(found, target):
     """Return the median run time of kreisel [s], and the ratios of the other medians to this time.
 
-    A program is omitted if it does not reach the error for more than a quarter of the initial
+    A program is omitted if it fails to reach the error for more than a quarter of the initial
     states. If kreisel is omitted, the median run time is None.
     """
     known = {}
@@ -241,7 +241,7 @@ def compare_medians(found, target):
 
 
 def describe_group(title, found, target):
-    """Compare the run times of all programs at a given error in one sentence."""
+    """Compare in one sentence the run times of all programs at a given error."""
     own, ratios = compare_medians(found, target)
     if own is None:
         return ""

@@ -83,7 +83,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Return the memory needed for the quantities in a path [bytes]."""
+    """Return the memory [bytes] needed for the quantities in a path."""
     return len(path) * path.plan.bytes
 
 
@@ -92,9 +92,9 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield the name of each omission, and functions that run without and with the omission.
+    """Yield the name of each omission, a function for the full run, and one for the reduced run.
 
-    The functions return the memory needed for the results [bytes].
+    The functions return the memory [bytes] needed for the results.
     """
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
@@ -162,7 +162,7 @@ def load_findings(problems, store):
 
 
 def group_seconds(rows):
-    """Return the run times of each method with and without gravity and symmetry [s]."""
+    """Return the run times [s] of each method with and without gravity and symmetry."""
     lines = {}
     for row in rows:
         lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]

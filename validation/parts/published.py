@@ -1,6 +1,6 @@
 """Test problems from the literature, with comparisons of published and computed results.
 
-The file problems.json contains the published numbers and reference values with 30 digits.
+The file problems.json contains the published numbers and 30-digit reference values.
 """
 
 import json

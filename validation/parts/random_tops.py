@@ -2,7 +2,7 @@
 
 Step sizes and tolerances are chosen so that all methods take about the same time. All tops are
 scaled to the same angular velocity and are integrated over the same number of turns. The reference
-solutions are computed by heyoka in 80-bit arithmetic, with negligible errors.
+solutions are computed by heyoka in 80-bit arithmetic, so that their errors are negligible.
 """
 
 from functools import partial
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Find a step size or tolerance with which the method takes about the intended time."""
+    """Find a step size or tolerance for which the run time is close to the intended one."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Integrate groups of tops by all methods in turn, so that other load slows all equally."""
+    """Integrate groups of tops by all methods in turn, so that machine load affects all equally."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}

@@ -1,4 +1,4 @@
-"""A cache for the results of a report, from which an interrupted report can be continued.
+"""A cache of results, from which an interrupted report can be continued.
 
 Each line of the file contains one result as JSON. The first line describes the conditions under
 which the results were computed. If these conditions change, a new file is started.

@@ -2,8 +2,8 @@
 
 To judge a solution, a user can compute it again with half the step size or a hundredth of the
 tolerance. Let d be the difference in attitude between these two solutions. If the method attains
-its order p, the error of the first solution is about d 2^p / (2^p - 1). For an adaptive method, the
-error is about d.
+its order p, the error of the first solution is about d 2^p / (2^p - 1). The error of an adaptive
+method is about as large as the difference d.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -87,14 +87,14 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return an error estimate [rad] from the difference of two runs, by Richardson extrapolation.
 
-    The difference `second_run` is an angle. If `order` is zero, the method is adaptive and the
-    difference itself is the estimate.
+    The argument `second_run` is the angle between the attitudes of the two runs. If `order` is
+    zero, the method is adaptive and this angle is the estimate.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the name of a sign by which a user can notice an attitude error, or None.
+    """Return the name of a warning sign that reveals an attitude error, or None.
 
     The argument `shown` is an error estimate from a second run. `per_turn` is the number of steps
     per turn, which is infinite for adaptive methods. The argument `explained` contains errors that
@@ -124,7 +124,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return True if the observed order of convergence is at least one below the nominal order.
+    """Return True if the observed order of convergence is below the nominal order by at least one.
 
     The order of convergence cannot be observed if the errors are large or near rounding level.
     """

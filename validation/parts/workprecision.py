@@ -95,7 +95,7 @@ def summarize_setup(rows):
 
 
 def describe_payment(rows, scenes):
-    """Describe after how many runs the compile time of heyoka pays off.
+    """Describe the number of runs after which heyoka's compile time pays off.
 
     Only scenes and target errors that both programs can reach are included.
     """

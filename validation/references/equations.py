@@ -4,7 +4,7 @@ In terms of the angular velocity w in the body frame, the equations are
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-The constant D is the damping along the principal axes.
+The diagonal matrix D contains the damping coefficients about the principal axes.
 
 Four of the seven equations describe the attitude, and three describe the angular velocity or the
 angular momentum. All coefficients are computed with 40 digits and then rounded. The coefficients
@@ -45,8 +45,8 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the coefficients of the equations of motion in multiprecision.
 
-    The order of the coefficients is: angular velocities, products of two variables, torque. For a
-    damped top, the decay rates due to damping are appended.
+    The list contains, in this order, the coefficients of the angular velocities, of products of two
+    variables, and of the torque. For a damped top, the decay rates due to damping are appended.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]

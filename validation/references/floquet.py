@@ -74,7 +74,7 @@ def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
 class _Body(NamedTuple):
     """A rigid body whose parameters are decimal numbers.
 
-    The moments, the lever and the symmetry axis are given along the principal axes. The matrix
+    The moments, the lever arm and the symmetry axis are given along the principal axes. The matrix
     `frame` rotates the principal axes to the axes of the user.
     """
 
@@ -104,7 +104,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """The vertical and the momentum along the principal axes, and the attitude."""
+    """A state of motion, with the vertical and the momentum given along the principal axes."""
 
     vertical: Decimals
     momentum: Decimals
@@ -286,7 +286,7 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the derivatives of the state at any times with respect to the initial state.
+    """Return the derivatives of the state at arbitrary times with respect to the initial state.
 
     Raises ValueError if the motion lies on a separatrix, or if a derivative overflows. The result
     has the shape (n, 6, 6), like path.tangents. The computation takes about a millisecond for each
@@ -315,7 +315,7 @@ def _make_range_error(t: float) -> ValueError:
 
 
 def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
-    """Solve the equations of motion and their linearization with 30 digits.
+    """Solve the equations of motion and their linearization in 30-digit arithmetic.
 
     Raises ValueError if a derivative overflows.
     """

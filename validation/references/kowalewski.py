@@ -8,8 +8,8 @@ Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the 
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-if K attains them. K is never negative. If h < g^2, K is at least (h - g^2)^2. The plane of g and h
-consists of ten regions with different orders of the critical values.
+if K attains them. K is never negative. If h < g^2, K is at least (h - g^2)^2. In each of
+ten regions in the plane of g and h, the critical values have a fixed order.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
 Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten energies and vertical

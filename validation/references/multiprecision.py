@@ -1,6 +1,6 @@
-"""Reference solutions with 60 digits for undamped tops, computed by heyoka.
+"""Reference solutions for undamped tops, computed by heyoka in 60-digit arithmetic.
 
-The solutions with 60 digits are used to check computations with 30 digits. The double-precision
+The 60-digit solutions are used to check computations in 30-digit arithmetic. The double-precision
 parameters of a scene are taken as exact numbers. A quaternion need not have unit length.
 """
 

@@ -27,7 +27,7 @@ SHORT = 10.0  # final time of quick runs and of the tests
 
 @dataclass(frozen=True)
 class Problem:
-    """A top whose moments of inertia and lever are given along its principal axes."""
+    """A top whose moments of inertia and lever arm are given along its principal axes."""
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
@@ -41,7 +41,7 @@ class Problem:
     def to_scene(self):
         """Convert the problem to a scene.
 
-        The scene has unit mass and unit gravity, so that the centre of mass equals the lever.
+        The scene has unit mass and unit gravity, so that its centre of mass is `self.lever`.
         """
         if self.user:
             return self.user
@@ -139,14 +139,14 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Rotate vectors from space to the body frame by q* v q."""
+    """Rotate vectors from the space frame to the body frame by q* v q."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Rotate vectors from the body frame to space by q v q*."""
+    """Rotate vectors from the body frame to the space frame by q v q*."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 

@@ -1,9 +1,9 @@
 """Closed-form solutions of Lagrange and Euler tops by multiprecision quadrature.
 
-This reference is independent of csrc/exact, which uses theta functions. The motion of the axis is
+The computation is independent of csrc/exact, which uses theta functions. The motion of the axis is
 given by Jacobi's elliptic functions. The remaining Euler angles are computed from elliptic
-integrals of the third kind. These integrals are computed from Carlson's functions R_F and R_J. The
-number of digits is sufficient even if two roots of the cubic nearly coincide.
+integrals of the third kind. Elliptic integrals are computed from Carlson's functions R_F and R_J.
+The number of digits is sufficient even if two roots of the cubic nearly coincide.
 """
 
 import mpmath as mp

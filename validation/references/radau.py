@@ -80,7 +80,7 @@ class TopEquations:
         self.start[4:] -= self.rotor / self.inertia
 
     def levers(self, times):
-        """Return the lever at each time, multiplied by the apparent gravity."""
+        """Return the lever arm, scaled in proportion to the apparent gravity at each time."""
         amplitude, rate, phase = self.shaking
         return np.outer(1 - amplitude * rate**2 * np.cos(rate * times + phase), self.lever)
 
@@ -167,9 +167,10 @@ def first_step(top):
 def integrate(problem, times, tol=TOL, **effects):
     """Return the attitudes (n, 4) and the body momenta (n, 3) at ascending positive times.
 
-    The argument `tol` limits the relative truncation error of each step. The options are the rotor
-    momentum, the angular velocity `turning` of the support, and `shaking` as (amplitude / gravity,
-    rate, phase). Raises ArithmeticError if the step size becomes too small.
+    The argument `tol` limits the relative truncation error of each step. Optional effects are the
+    rotor momentum, the angular velocity `turning` of the support, and `shaking`. The tuple
+    `shaking` contains amplitude / gravity, rate and phase. Raises ArithmeticError if the step size
+    becomes too small.
     """
     top, (_, last) = TopEquations(problem, **effects), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []

@@ -63,12 +63,12 @@ def solve_end(scene, end, digits):
 
 
 def compute_truths(tops):
-    """Compute the final attitudes of all tops with 30 digits, as an array (n, 4)."""
+    """Compute the final attitudes of all tops in 30-digit arithmetic, with shape (n, 4)."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
 def compute_conditioning(tops):
-    """Return the angle by which initial rounding errors change the final attitude [rad].
+    """Return the angle [rad] by which initial rounding errors change the final attitude.
 
     Errors as large as the conditioning are unavoidable in double precision.
     """

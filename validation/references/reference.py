@@ -3,10 +3,11 @@
 The solutions for the scenes of the report are stored in reference.json by the command `python -m
 validation.references.reference`.
 
-Each solution is computed from two forms of the equations, and in 128-bit and 80-bit arithmetic. The
-differences between these computations show how accurate the solution is. The conditioning is the
-change of the attitude caused by one rounding error of a double in each parameter and initial value.
-No method in double precision can be expected to have a smaller error than the conditioning.
+Each solution is computed from two forms of the equations in 128-bit arithmetic, and once in 80-bit
+arithmetic. The differences between these computations show how accurate the solution is. The
+conditioning is the change of the attitude caused by one rounding error of a double in each
+parameter and initial value. No method in double precision can be expected to have a smaller error
+than the conditioning.
 """
 
 import argparse
@@ -102,7 +103,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
 
 
 def rotation_angle(p, q):
-    """Return the angle between two attitudes [rad] in multiprecision."""
+    """Return the angle [rad] between two attitudes in multiprecision."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
@@ -164,7 +165,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning of a problem [rad], computed from derivatives."""
+    """Return the conditioning [rad] of a problem, computed from derivatives."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -218,7 +219,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of a problem [rad], computed from finite differences."""
+    """Return the conditioning [rad] of a problem, computed from finite differences."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 
@@ -273,7 +274,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other method and its deviation from the reference [rad]."""
+    """Yield the name of each independent computation and its deviation from the reference [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (

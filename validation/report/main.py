@@ -32,7 +32,7 @@ def parse_parts(names):
 
 
 def make_parser():
-    """Return the argument parser, and the group of options that exclude each other."""
+    """Return the argument parser, and its group of mutually exclusive options."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",

@@ -6,9 +6,9 @@ level. With method='geometric', the true error never exceeds the requested error
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
 The tops are drawn at random as in references/random_scenes.py. The equations of motion are solved
-up to a random time, at most about 30 in either direction. The error estimate of a path is compared
-with the largest true error of all states. The reference solutions are computed by heyoka with 60
-digits.
+up to a random time of at most about 30 units, forward or backward. The error estimate of a path is
+compared with the largest true error of all states. The reference solutions are computed by heyoka
+in 60-digit arithmetic.
 """
 
 import argparse

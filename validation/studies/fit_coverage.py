@@ -95,9 +95,9 @@ def attitudes(rng):
 
 
 def velocity(rng):
-    """Simulate measurements of the angular velocity in space.
+    """Simulate measurements of the angular velocity in the space frame.
 
-    These measurements do not determine the order of the axes.
+    The angular velocity in the space frame does not determine the order of the body axes.
     """
     t = np.arange(500) * 0.01
     values, sigma = add_noise(rng, kr.solve(heavy_truth(), t).velocity)
@@ -146,7 +146,7 @@ def environment_case(records, truth, free, measure, **start):
 def friction(rng):
     """Simulate a gyroscope with friction that eventually stops the spin.
 
-    The fit starts without friction.
+    In the initial guess, the friction is zero.
     """
     t, truth = np.arange(500) * 0.01, heavy_truth().replace(friction=2.0)
     values, sigma = add_noise(rng, kr.solve(truth, t).body_velocity)
@@ -161,7 +161,7 @@ def friction(rng):
 def turning(rng):
     """Simulate a gyroscope and a camera on a turning support.
 
-    The fit starts with a support at rest.
+    In the initial guess, the support is at rest.
     """
     t, truth = np.arange(300) * 0.02, heavy_truth().replace(turning=(0.3, -0.2, 1.5))
     path = kr.solve(truth, t)
@@ -175,7 +175,7 @@ def turning(rng):
 def shaking(rng):
     """Simulate attitude measurements on a shaken support.
 
-    The initial guess of the rate is within 2 % of the truth.
+    The initial guess of the shaking rate is within 2 % of the true rate.
     """
     t, truth = np.arange(300) * 0.01, heavy_truth().replace(shaking=(0.02, 15.0, 0.4))
     turns = exponential(NOISE * rng.normal(size=(len(t), 3)))

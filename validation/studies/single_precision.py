@@ -1,15 +1,14 @@
 """Run times of the Taylor method with the last coefficients in single precision.
 
 Conclusion: single precision is not worth using. With AVX-512, the run time of a step is determined
-by latency, because each coefficient depends on the previous ones. If twice as many tops are
-integrated together, single precision is faster by a factor of 1.2 to 1.5. However, twice as many
-tops must then be integrated together on each thread. See "Measured and left out" in
-docs/theory/taylor.md.
+by latency, because each coefficient depends on the previous ones. Single precision is faster by a
+factor of 1.2 to 1.5, but only if each thread integrates twice as many tops together. See "Measured
+and left out" in docs/theory/taylor.md.
 
     python -m validation.studies.single_precision
 
-As many coefficients are computed in single precision as possible without an increase of the error.
-Both versions are timed alternately, and the ratios are medians over many rounds.
+As many coefficients as possible are computed in single precision without increasing the error. Both
+versions are timed alternately, and the ratios are medians over many rounds.
 """
 
 import subprocess

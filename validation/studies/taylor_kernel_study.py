@@ -38,7 +38,7 @@ def join_words(high, low):
 
 @functools.cache
 def solve_truth(name, t, deep=False):
-    """Return the attitude at time `t`, computed with 30 digits or with heyoka."""
+    """Return the attitude at time `t`, computed in 30-digit arithmetic or by heyoka."""
     problem = load_problem(name)
     if deep:
         return reference.integrate_states(problem, [t])[0][:4]
@@ -55,8 +55,8 @@ def count_operations(order):
     """Return the numbers of vector operations per step in sums of products and elsewhere.
 
     A sum takes 7 operations for each pair of products and 5 for a middle term. Each coefficient
-    requires 27 other operations. Of these, 3 are additions, 17 are needed for the derivatives of q,
-    P and W, 5 are permutations, and 2 evaluate the series.
+    requires 27 other operations. The 27 operations are 3 additions, 17 for the derivatives of q, P
+    and W, 5 permutations, and 2 for the evaluation of the series.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
@@ -65,8 +65,8 @@ def count_operations(order):
 def limits():
     """Compare the speed of the Taylor method with the peak speed of the processor.
 
-    The peak is two vector operations per clock cycle. It is not reached, because each coefficient
-    depends on the previous one.
+    The peak is two vector operations per clock cycle. The peak is not reached, because each
+    coefficient depends on the previous one.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
@@ -115,7 +115,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print run times and errors with 20 and 30 digits."""
+    """Print the run times and errors of 20-digit and 30-digit computations."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

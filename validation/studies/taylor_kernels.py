@@ -15,8 +15,8 @@ TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 def compile_library(folder, terms):
     """Compile the C library together with taylor_kernels.c, and load the result.
 
-    By default, code for all instruction sets is compiled. If `terms` is given, only code for
-    AVX-512 is compiled, with these numbers of terms.
+    By default, code for all instruction sets is compiled. If `terms` is given, only AVX-512 code
+    with the specified numbers of terms is compiled.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -25,7 +25,7 @@ def compile_library(folder, terms):
 
 
 def read_list(give):
-    """Return the results of `give` for 0, 1, 2 and so on, up to the first false result."""
+    """Return the values of `give(i)` for i = 0, 1, 2 and so on, before the first false value."""
     found = []
     while this := give(len(found)):
         found.append(this)

@@ -2,21 +2,21 @@
 
     python -m validation.studies.torus_accuracy [kowalewski|goryachev_chaplygin] [--tops 10000]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py, and tau is the unit of time of a
-top. The reference solutions are computed by the Taylor method with 30 digits. The error of each top
-is measured at one random time of either sign, between 0.1 and `--longest` tau. The errors of a few
-tops are also measured at times up to 1e6 tau. The conditioning is the change of a state if the
-initial state is perturbed by one rounding error in a random direction. The drift of the conserved
-quantities is measured up to 1e6 tau.
+The tops are drawn as in validation/benchmarks/kowalewski_speed.py. The natural unit of time of a
+top is tau. The reference solutions are computed by the Taylor method in 30-digit arithmetic. The
+error of each top is measured at one random time between 0.1 and `--longest` tau, forward or
+backward. The errors of a few tops are also measured at times up to 1e6 tau. The conditioning is the
+change of a state if the initial state is perturbed by one rounding error in a random direction. The
+drift of the conserved quantities is measured up to 1e6 tau.
 
 To test consistency, the closed form is also computed from a later state of the same motion. At 1e6
-tau, the states computed from both closed forms are compared. The difference between both closed
-forms is divided by the conditioning, because rounding errors change the frequencies.
+tau, the states computed from the two closed forms are compared. The difference between the two
+closed forms is divided by the conditioning, because rounding errors change the frequencies.
 
 Some algorithms rest on numerical evidence rather than proof, as the source files of the closed
 forms explain. With `--plans 1000000`, a million tops are tested. The closed form of each top is
-then compared with the Taylor method at one random time of either sign, between 1 and 10 tau. The
-certificate of a closed form is its error at the initial time and shortly afterwards.
+then compared with the Taylor method at one random time between 1 and 10 tau, forward or backward.
+The certificate of a closed form is its error at the initial time and shortly afterwards.
 """
 
 import argparse
@@ -77,7 +77,7 @@ def solve_with_30_digits(scene, t):
 
 
 def compare_with_series(scene, top, t, rng, scale, limit):
-    """Return the error of the closed form at time `t`, and the conditioning for large errors."""
+    """Return the error of the closed form at `t`, and the conditioning if the error is large."""
     error = differ(top([t]), solve_with_30_digits(scene, [t]), scale)
     return error, condition(scene, t, rng, scale, solve_with_30_digits) if error > limit else 0.0
 
@@ -122,7 +122,7 @@ def compare_restarted(scene, top, tau, rng, scale):
 
 
 def describe(title, values, *limits):
-    """Print the distribution of the values."""
+    """Print the median, the 99 % quantile and the maximum of `values`."""
     values = np.array(values)
     within = "".join(f", {np.mean(values <= x):.3%} within {x:.0e}" for x in limits)
     print(

@@ -8,9 +8,9 @@ evaluated at random times up to 1000 units of time, individually and in batches.
 is timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly
 to 1e6 units of time.
 
-For some tops, the run times of kreisel.solve with the method 'auto' and of heyoka are also
-compared. The errors of heyoka and of the closed form are measured after 1e4 units of time. The run
-time of heyoka is also extrapolated to 1e6 units of time.
+For some tops, kreisel.solve with the method 'auto' is also timed against heyoka. The errors of
+heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also
+extrapolated to 1e6 units of time.
 """
 
 from __future__ import annotations

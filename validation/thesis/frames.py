@@ -84,8 +84,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw the momentum in green and the angular velocity in blue.
 
-    Only vectors that point away from the viewer are drawn if `behind` is true, and only the others
-    if it is false.
+    If `behind` is true, only vectors pointing away from the viewer are drawn, and otherwise only
+    those pointing towards the viewer.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -143,7 +143,7 @@ def draw_four_tops(courses, t, half, pivot):
 
 
 def fit_height(figure, axes, width=STILL_WIDTH):
-    """Adjust the height of a picture [inch] to its content."""
+    """Adjust the height [inch] of a picture to its content."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(width, width * (high - low) / (right - left) + LINE)
 

@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the initial state in the program of the thesis, for the dimension C_B = `half`."""
+    """Return the initial state that the program of the thesis uses if C_B equals `half`."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations of motion in the rest frame and in the body frame (section 3.4)."""
+    """Compare the equations of motion in the inertial frame and in the body frame (section 3.4)."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 

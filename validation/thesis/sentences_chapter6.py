@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Describe for which tolerances the curves of experiment 6.2 cross as in the thesis."""
+    """Describe the tolerances for which the curves of experiment 6.2 cross as in the thesis."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (

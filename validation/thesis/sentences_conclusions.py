@@ -110,7 +110,7 @@ def check_equal_time(timed):
 def find_overtaking(timed):
     """Return the first time at which extrap is less accurate than Bobenko-Suris, or None.
 
-    Both methods have the same run time.
+    The two methods are compared at equal run time.
     """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])

@@ -49,12 +49,12 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Compute a trajectory by a closed form, or else with the smallest tolerance."""
+    """Compute a trajectory by a closed form if one exists, or else with the tolerance 1e-13."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
 def solve_fixed_step(scene, method, step, end, every=1):
-    """Integrate with a fixed step size, and return every `every`-th state as a trajectory."""
+    """Integrate with a fixed step size, and record the state once per `every` steps."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
     return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
@@ -80,7 +80,8 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate with extrap, and restart after each interval as the program of the thesis does.
 
     An interval is the time between two pictures in the program of the thesis. After each restart,
-    the initial step size is used again. The state is returned after every `every`-th interval.
+    the initial step size is used again. The state is recorded once per `every`
+    intervals.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -95,7 +96,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return half the angle between the attitudes [rad], which the thesis calls L.
+    """Return half the angle [rad] between the attitudes, which the thesis calls L.
 
     Raises ValueError if the times differ.
     """

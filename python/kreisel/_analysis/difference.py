@@ -54,6 +54,6 @@ def _restrict_to_common_times(a: Path, b: Path) -> tuple[Path, Path]:
 
 
 def _get_precise_attitudes(path: Path) -> tuple[Array, Array]:
-    """Return the attitudes along a path, each split into a double and a small correction."""
+    """Return the attitudes along a path, and their digits beyond double precision."""
     has_low = path.want is None or "q_low" in path.want
     return path.q, path.q_low if has_low else np.zeros_like(path.q)

@@ -224,7 +224,7 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 
 
 def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from its increments between successive states.
+    """Compute the mean rate of an angle from its increments `turned` between successive states.
 
     The mean rate differs from the frequency of the signal's strongest line by an integer multiple
     of `part`. If the multiple is known with certainty, the mean rate is computed from the frequency

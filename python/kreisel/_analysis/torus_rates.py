@@ -142,7 +142,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers of z along loops in both directions around the torus.
+    """Return the mean winding numbers along loops in the first and in the second angle.
 
     `since` contains the positions of the zeros relative to the first grid point [turns].
     """

@@ -257,7 +257,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 
 def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
-    """Return the angular velocity of a complex number about 0, or 0 for a number near zero."""
+    """Return the angular velocity of a complex number about 0, or 0 if it is nearly zero."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)

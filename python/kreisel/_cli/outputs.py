@@ -63,7 +63,7 @@ def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
 
 
 def encode_csv(table: Columns, head: bool = True) -> bytes:
-    """Return a table as CSV in full precision."""
+    """Return a table in CSV format, with all digits."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:

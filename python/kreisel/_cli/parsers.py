@@ -86,7 +86,7 @@ def parse_method_list(words: str) -> list[str]:
 
 
 def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
-    """Return a function that completes a name in `known` or, optionally, a file name."""
+    """Return a function that completes one of the `known` names or, optionally, a file name."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:

@@ -129,7 +129,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
 
 
 def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
-    """Report an uncaught exception in a thread, unless it is an InvalidStateError.
+    """Report an uncaught exception of a thread, but ignore InvalidStateError.
 
     A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
     task was cancelled.

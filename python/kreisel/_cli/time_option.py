@@ -32,7 +32,7 @@ class TimeGrid:
         return self.first + k * self.step
 
     def select_later_times(self, t: float) -> TimeGrid:
-        """Return the times of the grid whose absolute value exceeds |t|."""
+        """Return the part of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return TimeGrid(self[k], self.step, self.count - k) if k else self
 

@@ -93,7 +93,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series, and the largest certificate allowed.
+    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
 
     The reason is an empty string if the closed form may be used.
     """

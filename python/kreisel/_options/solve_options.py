@@ -86,7 +86,7 @@ class SolveOptions:
         return self.core[-1]
 
     def with_heading(self) -> SolveOptions:
-        """Return a copy of these options that makes the solver compute the heading."""
+        """Return a copy of the options with which the heading is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
@@ -106,7 +106,7 @@ class SolveOptions:
 
     @property
     def has_extended_precision(self) -> bool:
-        """True if the states are recorded in more than double precision."""
+        """True if the states are recorded with more digits than double precision."""
         return (self.digits or 0) > 16
 
     def get_signed_step(self, is_back: bool) -> float | None:

@@ -180,7 +180,7 @@ def _make_ensemble_plan(
 
 
 def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops solved in closed form and of tops integrated in SIMD lanes."""
+    """Return the numbers of tops with a closed form and of tops integrated in vector lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:

@@ -63,7 +63,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ExactBase:
-    """Base class of all closed-form solutions."""
+    """Base class of all closed forms."""
 
     scene: Scene
     period: float
@@ -316,7 +316,7 @@ class ExactTorus(Exact):
         return replace(path, _tangent_data=data)
 
     def _compute_states_at_angles(self, turns: Array) -> Array:
-        """Return one state for each pair of torus angles [turns].
+        """Return one state for each pair of angles on the torus, which are measured in turns.
 
         The heading equals that of the initial state, but is arbitrary for a Goryachev-Chaplygin
         top.

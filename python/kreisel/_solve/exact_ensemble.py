@@ -263,7 +263,7 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 
 
 def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed-form solutions for all tops in an ensemble.
+    """Return the closed forms of all tops in an ensemble.
 
     Raises ValueError if the motion of a scene has no closed form.
     """
@@ -296,7 +296,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed-form solutions for a list of scenes."""
+    """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:

@@ -232,7 +232,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def make_unexpected_error_exception(method: object) -> ValueError:
-    """Return the exception to raise if `error` is given with a method other than 'geometric'."""
+    """Return the exception for an argument `error` with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -254,7 +254,7 @@ def geometric_options(
 def solve_with_step_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
-    """Compute the motion of a single scene by method='geometric', and return its path."""
+    """Solve a single scene with method='geometric', and return its path."""
     path = report_end(_solve_all_states_with_search(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
@@ -262,7 +262,7 @@ def solve_with_step_search(
 def _solve_all_states_with_search(
     scene: Scene, options: SolveOptions, times: Array, progress: Listener
 ) -> Path:
-    """Compute the motion of a single scene by method='geometric', and record all states."""
+    """Solve a single scene with method='geometric', recording all states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return build_path_or_raise(scene, still, record_states(scene, still, times))

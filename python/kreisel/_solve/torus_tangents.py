@@ -44,7 +44,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 @dataclass(frozen=True)
 class _TangentColumnGroup:
-    """Columns of the tangent matrix that belong to the same parameter of the scene.
+    """Tangent columns that belong to the same parameter of the scene.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -155,7 +155,7 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _subtract_gravities(one: Scene, other: Scene) -> Array:
-    """Return the difference in gravity between two scenes."""
+    """Return the difference between the gravities of two scenes."""
     return np.array([other.gravity - one.gravity])
 
 
@@ -175,7 +175,7 @@ def _compute_rotation_between(one: Array, other: Array) -> Array:
 def _differentiate_states(
     scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
-    """Return the tangents in one group of columns, and their largest relative error."""
+    """Return the tangents of a group of columns, and their largest relative error."""
     turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))

@@ -103,7 +103,7 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def make_foreign_file_error(self, i: int) -> FileExistsError:
-        """Return the exception to raise if a foreign file or folder has the name of part i."""
+        """Return the exception for a file or folder that wrongly has the name of part i."""
         file = self.part_file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
