@@ -106,7 +106,7 @@ def describe_cell(cell):
         # The full message is in the CSV file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
     if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
-        word = "wrong in silence" if verdict == verdicts.SILENT else verdict
+        word = "silently wrong" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
         return word, f"error {off} rad; the finer run differs by {apart} rad"
     return None
@@ -150,7 +150,7 @@ def count_verdicts(found):
 
 def draw_verdicts(counts):
     """Draw the verdicts of each method, sorted by the number of successes."""
-    names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
+    names = ["silently wrong" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
     return draw_verdict_bars({line["method"]: line["counts"] for line in order}, names)
@@ -206,8 +206,8 @@ def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}. "
-        "A cell is one method on one top; wrong in silence is an error that neither a finer run "
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{which}. "
+        "A cell is one method on one top; silently wrong is an error that neither a finer run "
         "nor the step reveals."
     )
 
@@ -273,7 +273,7 @@ def list_files(atlas, about):
 
 def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
-    yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
+    yield f"atlas: {len(atlas.cells)} cells, silently wrong: {len(silent)}"
     for cell in silent:
         where = f"{cell['method']}: {cell['family']}, {cell['case']}"
         yield f"  {where}: {cell['attitude_error']:.0e} rad"
