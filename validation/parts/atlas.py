@@ -207,8 +207,8 @@ def describe_silent_cells(found):
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
     return (
         f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{which}. "
-        "A cell is one method on one top; silently wrong is an error that neither a finer run "
-        "nor the step reveals."
+        "A cell is one method on one top. It is silently wrong if neither a finer run nor the step "
+        "reveals its error."
     )
 
 
@@ -221,7 +221,7 @@ def describe_verdicts(found):
     return (
         f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
         f"an error within the tolerance. {share('degraded')} are degraded: a larger error, but "
-        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: a larger error still. "
+        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: an even larger error. "
         f"{share('stopped')} stopped early and {share('refused')} did not start, with a message."
     )
 
@@ -229,9 +229,9 @@ def describe_verdicts(found):
 def describe_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
-        f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
-        f"{n['large step']} in the step itself; {n['tolerance']} lie within the tolerance times "
-        f"the number of steps, and {n['rounding']} are accumulated rounding."
+        f"Of the degraded and lost cells, {n['second run']:,} are revealed by a finer run, and "
+        f"{n['large step']} by the step itself; {n['tolerance']} lie within the tolerance times "
+        f"the number of steps, and {n['rounding']} are due to rounding errors."
     )
 
 
