@@ -8,9 +8,9 @@ Kowalewski top has three constants: the energy :math:`h`, the vertical momentum 
 
 .. math:: (k^2 - w^2)\,\varphi(w), \qquad \varphi(w) = 2 (w + h)(w^2 + 1 - k^2) - l^2.
 
-The motion changes its kind where two zeros coincide. There it belongs to one of Appelrot's classes:
-it is steady or periodic, or approaches a steady or periodic motion. The lines below show where two
-zeros of phi coincide (solid), where a zero of phi is k or -k (dashed), and where k = -k.
+The motion changes qualitatively where two zeros coincide. There it belongs to one of Appelrot's
+classes: it is steady or periodic, or approaches a steady or periodic motion. The lines below show
+where two zeros of phi coincide (solid), where a zero of phi is k or -k (dashed), and where k = -k.
 """
 
 import kreisel as kr

@@ -29,8 +29,8 @@ below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
 # A damped top has no closed form, so ``auto`` uses the Taylor series. The polynomials of the series
-# locate the event that ends the path to the last digit. The only torque about the axis is the drag,
-# :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so the spin decays exponentially:
+# determine the time of the final event to the last digit. The only torque about the axis is the
+# drag, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so the spin decays exponentially:
 
 rate = drag / cone.moments[2]
 print("spin, largest relative deviation from an exponential:", end="")
