@@ -104,7 +104,7 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
     if scene._rate_estimate * end > _LATEST:
         raise ValueError(
             f"t must be at most {_LATEST / scene._rate_estimate:.3g} in size for the tangents of a "
-            f"closed form, not {end!r}: the effect of rounding errors of the start grows with time"
+            f"closed form, not {end!r}: they grow, and so do rounding errors of the start"
         )
 
 
