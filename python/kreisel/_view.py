@@ -28,13 +28,13 @@ _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script
 _TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
-class _BodyData(TypedDict):
+class _ViewerBody(TypedDict):
     mass: float
     inertia: list[float]
     com: Vector
 
 
-class _PathTrack(TypedDict):
+class _ViewerTrack(TypedDict):
     name: str
     step: float
     states: str
@@ -46,7 +46,7 @@ class _ViewerScene(TypedDict):
     version: int
     name: str
     about: str
-    body: _BodyData
+    body: _ViewerBody
     attitude: Quaternion
     momentum: Vector
     gravity: float
@@ -58,7 +58,7 @@ class _ViewerScene(TypedDict):
     step: list[float]
     speed: float
     tol: float
-    tracks: list[_PathTrack]
+    tracks: list[_ViewerTrack]
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def view(
         raise ValueError("the viewer has one damping for all axes: use path.plot()")
     if scene._is_shaken:
         raise ValueError("the viewer cannot integrate tops on shaken supports: use path.plot()")
-    tracks = [_track_of_path(what)] if isinstance(what, Path) else []
+    tracks = [_make_viewer_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole_millionths(what.step) else tracks[0]["step"]
     page = View(
@@ -175,7 +175,7 @@ def view(
 
 
 def _viewer_scene(
-    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_PathTrack]
+    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_ViewerTrack]
 ) -> _ViewerScene:
     name = name_of(scene)
     return {
@@ -193,12 +193,12 @@ def _viewer_scene(
         "methods": methods,
         "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
-        "tol": 1e-15 if scene._is_disturbed else 1e-5,
+        "tol": 1e-15 if scene._has_disturbances else 1e-5,
         "tracks": tracks,
     }
 
 
-def _body_data(scene: Scene) -> _BodyData:
+def _body_data(scene: Scene) -> _ViewerBody:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the viewer does not support a tolerance of the inertia: view a body without "
@@ -210,7 +210,7 @@ def _body_data(scene: Scene) -> _BodyData:
 
 
 def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
-    if names is None and (scene._is_disturbed or any(scene.body.rotor)):
+    if names is None and (scene._has_disturbances or any(scene.body.rotor)):
         return ["taylor"]
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
@@ -237,7 +237,7 @@ def _parse_step(step: float) -> float:
     return round(length / _TICK) / 1e6
 
 
-def _track_of_path(path: Path) -> _PathTrack:
+def _make_viewer_track(path: Path) -> _ViewerTrack:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = (

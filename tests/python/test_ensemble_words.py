@@ -239,7 +239,9 @@ def test_other_types_are_refused():
 def test_a_rotation_by_zero_changes_nothing():
     q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
     with np.errstate(all="ignore"):
-        turned = variation._rotate_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))
+        turned = variation._compose_with_rotation_vectors(
+            q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0))
+        )
     assert [float(x[0]) for x in turned] == [0.8, 0.0, 0.6, 0.0]
     angle = 2.0 * math.atan2(0.6, 0.8) + 0.25
     assert float(turned[2][1]) == pytest.approx(math.sin(0.5 * angle))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fits import HEAVY, SYMMETRIC, gyroscope
 from kreisel._fit.multiple_shooting import ShootingModel
-from kreisel._fit.parameters import Parameters, parse_free
+from kreisel._fit.parameters import Parameters, parse_free_names
 from kreisel._fit.residuals import ResidualModel
 from moving_tops import Motion
 
@@ -222,11 +222,13 @@ def test_multiple_shooting_keeps_the_shaking_phase():
 def test_derivatives_of_shooting_gaps_are_right(words):
     scene = HEAVY.replace(body=ROTOR, **words)
     record = gyroscope(scene, n=12, end=1.0, sigma=0.05)
-    parameters = Parameters(scene, parse_free(("start", "moments", "rotor", *words)), [record])
+    parameters = Parameters(
+        scene, parse_free_names(("start", "moments", "rotor", *words)), [record]
+    )
     model = ShootingModel(parameters, [record], [record.series[0].sigma], 2)
-    pieces = model.place_on_motion(parameters.start)
+    pieces = model.start_on_motion(parameters.start)
     assert np.abs(model.evaluate(pieces).residuals[model.data_size :]).max() < 1e-9
-    natural = np.minimum(model.natural_sizes(pieces), 1.0)
+    natural = np.minimum(model.estimate_scales(pieces), 1.0)
     jacobian = model.evaluate(pieces).jacobian * natural
     for k in range(model.width):
         step = 1e-5 * natural * (np.arange(model.width) == k)
@@ -244,10 +246,10 @@ def test_derivatives_are_right_after_stops():
     t = np.linspace(0.0, 6.0, 25)
     assert len(stops) > 1 and np.abs(t - stops[:, None]).min() > 0.01
     record = kr.Record(t, {"body_velocity": kr.solve(scene, t).body_velocity}, 0.3, free="delay")
-    names = parse_free(("start", "moments", "com", "damping", "friction"))
+    names = parse_free_names(("start", "moments", "com", "damping", "friction"))
     parameters = Parameters(scene, names, [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
-    natural = model.natural_sizes(parameters.start)
+    natural = model.estimate_scales(parameters.start)
     jacobian = model.evaluate(parameters.start).jacobian * natural
     for k in range(parameters.size):
         step = 1e-6 * natural * (np.arange(parameters.size) == k)

@@ -329,7 +329,7 @@ class Search:
     def refine_step_count(self, steps, error):
         return steps + 1
 
-    def error_not_met(self, why):
+    def make_unmet_error_exception(self, why):
         return ValueError(why)
 
 

@@ -50,7 +50,7 @@ def test_tangents_grow_at_the_rate_of_frequency_differences(scene):
     ahead, back = neighbour(scene, size), neighbour(scene, -size)
     shear = np.subtract(ahead.frequencies, back.frequencies)[:2] / (2.0 * size)
     turns = np.stack(np.meshgrid(*2 * [np.arange(n) / n], indexing="ij"), axis=-1)
-    states = kr.exact(scene)._states_at(turns.reshape(-1, 2))
+    states = kr.exact(scene)._compute_states_at_angles(turns.reshape(-1, 2))
     q, m = tuple(states[:, 1:5].T), tuple(states[:, 5:8].T)
     waves = np.fft.fft2(np.array(kr.quaternion.turn_back(q, m)).reshape(3, n, n)) / n**2
     order = np.fft.fftfreq(n, 1.0 / n)

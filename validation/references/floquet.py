@@ -239,7 +239,7 @@ def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float)
     """
     turning = _find_steady_rate(start, body)
     if turning is not None:
-        about = _oscillation_period(start, body, turning, scene._rate_estimate)
+        about = _oscillation_period(start, body, turning, scene._rotation_rate)
     else:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):

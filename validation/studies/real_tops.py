@@ -262,7 +262,7 @@ def run(count, seed):
         if end is None:
             check_refusal(scene, t, index, tally)
             continue
-        scale = max(scene.body.moments) * max(scene._rate_estimate, 1e-3)
+        scale = max(scene.body.moments) * max(scene._rotation_rate, 1e-3)
         change = measure_change(truth, scene, t, end, scale, rng)
         if change > MOST_GROWTH * 2.0**-53:
             tally.counts["chaotic"] += 1

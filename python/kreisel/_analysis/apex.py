@@ -98,9 +98,9 @@ class Apex:
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
-            return self._steady_nutation()
+            return self._measure_steady_nutation()
         self._check_sampling()
-        low, high = self._turning_times(1.0), self._turning_times(-1.0)
+        low, high = self._find_turning_times(1.0), self._find_turning_times(-1.0)
         if len(low) < 2:
             raise ValueError(
                 f"the apex has {len(low)} lowest points in this path, but two are needed to "
@@ -112,11 +112,11 @@ class Apex:
             self.azimuth, last
         ) - self._interpolate_between_states(self.azimuth, first)
         greatest, least = (
-            float(np.mean([self._nutation_at(t) for t in times])) for times in (low, high)
+            float(np.mean([self._interpolate_nutation(t) for t in times])) for times in (low, high)
         )
         return Nutation(least, greatest, period, turned / (last - first))
 
-    def _steady_nutation(self) -> Nutation:
+    def _measure_steady_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
         turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(turned / took) if took else math.nan
@@ -135,13 +135,13 @@ class Apex:
                 f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
-    def _turning_times(self, sign: float) -> list[float]:
+    def _find_turning_times(self, sign: float) -> list[float]:
         """Return the times of the minima (`sign` = 1) or maxima (`sign` = -1) of the height."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [_find_zero(*self._nearest_four_states(i, rise)) for i in after.tolist()]
+        return [_find_zero(*self._find_nearest_states(i, rise)) for i in after.tolist()]
 
-    def _nearest_four_states(self, i: int, values: Array) -> tuple[Array, Array]:
+    def _find_nearest_states(self, i: int, values: Array) -> tuple[Array, Array]:
         """Return the times and values of the four states nearest to the interval [t[i - 1], t[i]].
 
         If the path has fewer than four states, all states are returned.
@@ -149,7 +149,7 @@ class Apex:
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
-    def _nutation_at(self, t: float) -> float:
+    def _interpolate_nutation(self, t: float) -> float:
         """Return the nutation angle at a time between two states, by interpolation.
 
         The angle is computed from the interpolated height and squared distance of the apex from the
@@ -162,7 +162,7 @@ class Apex:
 
     def _interpolate_between_states(self, values: Array, t: float) -> float:
         return _interpolate_polynomial(
-            *self._nearest_four_states(int(np.searchsorted(self.t, t)), values), t
+            *self._find_nearest_states(int(np.searchsorted(self.t, t)), values), t
         )
 
 

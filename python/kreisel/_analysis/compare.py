@@ -117,7 +117,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 
 @dataclass
-class _Run:
+class _RunWithTimings:
     """A run of one method at one step size or tolerance: its path, run times and any failure."""
 
     scene: Scene
@@ -200,7 +200,9 @@ def compare(
     tell = parse_progress(progress)
     reference: Path | None = None
     try:
-        reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, by_step)
+        reference = (
+            truth if isinstance(truth, Path) else _compute_reference_path(scene, t, truth, by_step)
+        )
         for done in range(rounds * len(runs)):
             runs[done % len(runs)].repeat_run()
             if tell is not None:
@@ -212,7 +214,7 @@ def compare(
     return _make_table(scene, runs, reference)
 
 
-def _make_table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
+def _make_table(scene: Scene, runs: Iterable[_RunWithTimings], truth: Path | None) -> Table:
     """Return the table of all completed runs, or an empty table if `truth` is None."""
     if truth is None:
         return Table(())
@@ -239,7 +241,7 @@ def _list_runs(
     methods: Iterable[MethodName] | None,
     by_step: list[float],
     by_tol: list[float],
-) -> list[_Run]:
+) -> list[_RunWithTimings]:
     """Return one run for each step size or tolerance of each method."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
@@ -254,9 +256,9 @@ def _list_runs(
             )
         if method.adaptive:
             tols = by_tol if by_tol and not method.exact else [None]
-            runs += [_Run(scene, t, name, tol=tol) for tol in tols]
+            runs += [_RunWithTimings(scene, t, name, tol=tol) for tol in tols]
         else:
-            runs += [_Run(scene, t, name, step=step) for step in by_step]
+            runs += [_RunWithTimings(scene, t, name, step=step) for step in by_step]
     return runs
 
 
@@ -265,7 +267,9 @@ def _max_attitude_error(path: Path, truth: Path) -> float:
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 
-def _solve_truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
+def _compute_reference_path(
+    scene: Scene, t: Numbers, method: MethodName, by_step: list[float]
+) -> Path:
     chosen = resolve_method(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)

@@ -105,9 +105,9 @@ class Frequencies(ReadOnlyArrays):
 
         Raises ImportError if matplotlib is not installed.
         """
-        from .._plot.spectrum import draw_lines
+        from .._plot.spectrum import draw_spectral_lines
 
-        return draw_lines(self, axes, as_unit("time_unit", time_unit))
+        return draw_spectral_lines(self, axes, as_unit("time_unit", time_unit))
 
     def _repr_html_(self) -> str | None:
         """Return an image of the spectrum for display in notebooks."""
@@ -150,7 +150,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._has_damping:
         raise ValueError("a damped top has no frequencies, because its motion decays")
-    _refuse_support(path.scene)
+    _refuse_varying_support(path.scene)
     _refuse_free_rotor(path)
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
@@ -161,7 +161,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
             "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
-    lines, amplitudes, rest = _strongest_lines(t, seen, count)
+    lines, amplitudes, rest = _find_strongest_lines(t, seen, count)
     spectrum = lines, amplitudes, rest
     freeze_arrays(spectrum)
     turning = path.scene.turning[2]
@@ -171,7 +171,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     return Frequencies(precession - turning, nutation, spin, *spectrum, rates is not None)
 
 
-def _refuse_support(scene: Scene) -> None:
+def _refuse_varying_support(scene: Scene) -> None:
     """Raise ValueError for friction, or for a support motion that makes the rates vary."""
     is_free = not (scene.gravity and any(scene.body.com))
     is_upright = not (any(scene.turning[:2]) or is_free)
@@ -211,7 +211,7 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
     level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
-        [line], _, _ = _strongest_lines(t, level.astype(np.complex128), 1)
+        [line], _, _ = _find_strongest_lines(t, level.astype(np.complex128), 1)
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
@@ -221,11 +221,11 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
     part = 0.5 * nutation if is_through else nutation
-    precession = _mean_rate(t, motion.z, turns.precession, part)
-    return precession, nutation, _mean_rate(t, about, turns.spin, part)
+    precession = _estimate_mean_rate(t, motion.z, turns.precession, part)
+    return precession, nutation, _estimate_mean_rate(t, about, turns.spin, part)
 
 
-def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
+def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the array of its increments between states.
 
     The frequency of the strongest line in `signal` differs from the mean rate by an integer
@@ -235,15 +235,15 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
-    is_smooth = span * _aliasing_error_bound(turned / step) < _SMOOTH
-    [line], _, _ = _strongest_lines(t, signal, 1)
+    is_smooth = span * _estimate_aliasing_bound(turned / step) < _SMOOTH
+    [line], _, _ = _find_strongest_lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
         return found
     return mean if is_smooth else math.nan
 
 
-def _aliasing_error_bound(rate: Array) -> float:
+def _estimate_aliasing_bound(rate: Array) -> float:
     """Return an upper bound on the aliasing error in the mean of `rate`.
 
     The bound is the largest spectral amplitude in the upper half of the resolved frequency range.
@@ -303,7 +303,7 @@ def _kaiser_window(n: int) -> Array:
     return made
 
 
-def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
+def _find_strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
     """Return the frequencies and amplitudes of the strongest lines, and the relative residual."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)

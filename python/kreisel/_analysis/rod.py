@@ -126,16 +126,24 @@ class Rod:
         states. Raises ValueError if the rod has fewer than two states, and ImportError if
         matplotlib is not installed.
         """
-        from .._plot.panels import new_axes
-        from .._plot.solids import ORANGE, check_axes, draw_scale, draw_tube, parallel_normals
+        from .._plot.panels import create_axes
+        from .._plot.solids import (
+            ORANGE,
+            check_axes,
+            compute_parallel_normals,
+            draw_scale,
+            draw_tube,
+        )
 
-        drawn = new_axes() if axes is None else check_axes(axes)
+        drawn = create_axes() if axes is None else check_axes(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         unit = as_unit("length_unit", length_unit)
         if len(self.s) < 2:
             raise ValueError(f"a rod of {len(self.s)} states cannot be drawn: solve for more times")
-        normals = parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        normals = (
+            compute_parallel_normals(self.frame[:, 2]) if self.isotropic else self.frame[:, :2]
+        )
         section = (1.0, 1.0) if self.isotropic else self.section
         along = slice(None, None, -1 if self.s[-1] < self.s[0] else 1)  # as the tangents point
         draw_tube(
@@ -180,7 +188,7 @@ def rod(path: Path) -> Rod:
     weight = body.mass * path.scene.gravity * hypot(*body.com)
     return Rod(
         s=path.t,
-        centre=_integrate_cubics(path.t, frame[:, 2], bent),
+        centre=_integrate_cubic_interpolant(path.t, frame[:, 2], bent),
         frame=frame,
         curvature=np.stack([about_b, -about_n], axis=-1),
         torsion=about_t,
@@ -209,7 +217,7 @@ def _choose_rod_axes(body: Body) -> Array:
     return np.stack([n, np.cross(t, n), t])
 
 
-def _integrate_cubics(t: Array, values: Array, slopes: Array) -> Array:
+def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
     """Return the integrals of the cubic Hermite interpolant from the first time to each time."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])

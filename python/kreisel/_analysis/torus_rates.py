@@ -42,7 +42,7 @@ class TorusRates(NamedTuple):
     spin: float
 
 
-class _Signals(NamedTuple):
+class _AxisDirections(NamedTuple):
     """The direction of the body axis at given angles on the torus.
 
     z       projection of the axis onto the horizontal plane, without the heading
@@ -64,7 +64,7 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     for n in _GRIDS:
         turns = (np.arange(n) + _OFFSET) / n
         grid = np.stack(np.meshgrid(turns, turns, indexing="ij"), axis=-1)
-        signals = _compute_signals(form, grid)
+        signals = _compute_axis_directions(form, grid)
         cells, index = _find_cells_with_zeros(signals.z)
         if len(cells) == known:
             break
@@ -78,15 +78,17 @@ def compute_torus_rates(form: ExactTorus) -> TorusRates | None:
     since = zeros - _OFFSET / n
     # Only the sum of precession and spin is smooth at the upper pole, only the difference at the
     # lower one.
-    side = -np.sign(_compute_signals(form, zeros).height)
-    precession = _mean_winding_numbers(signals.z, since, index) @ rates[:2]
-    spin = _mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
-    return TorusRates(float(rates[2] + precession), _strongest_rate(signals, rates), float(spin))
+    side = -np.sign(_compute_axis_directions(form, zeros).height)
+    precession = _compute_mean_winding_numbers(signals.z, since, index) @ rates[:2]
+    spin = _compute_mean_winding_numbers(signals.about, since, side * index) @ rates[:2]
+    return TorusRates(
+        float(rates[2] + precession), _find_strongest_rate(signals, rates), float(spin)
+    )
 
 
-def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
+def _compute_axis_directions(form: ExactTorus, turns: Array) -> _AxisDirections:
     """Compute the signals for angle pairs [turns], given as an array of shape (..., 2)."""
-    states = form._states_at(turns.reshape(-1, 2))
+    states = form._compute_states_at_angles(turns.reshape(-1, 2))
     w, x, y, z = states[:, 1:5].T
     axis = np.array(form.scene.body.com)
     axis /= np.linalg.norm(axis)
@@ -100,19 +102,19 @@ def _compute_signals(form: ExactTorus, turns: Array) -> _Signals:
         level = level * np.exp(-1j * np.arctan2(states[:, 6], states[:, 5]))
     shape = turns.shape[:-1]
     about = two[2] + 1j * one[2]
-    return _Signals(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
+    return _AxisDirections(level.reshape(shape), about.reshape(shape), apex[2].reshape(shape))
 
 
 def _find_cells_with_zeros(z: Waves) -> tuple[Indices, Array]:
     """Return the grid cells around which z has a nonzero winding number, and these numbers."""
-    one, two = _phase_steps(z, 0), _phase_steps(z, 1)
+    one, two = _compute_phase_differences(z, 0), _compute_phase_differences(z, 1)
     around = one + np.roll(two, -1, axis=0) - np.roll(one, -1, axis=1) - two
     index = np.rint(around / math.tau)
     cells = np.argwhere(index)
     return cells, index[tuple(cells.T)]
 
 
-def _phase_steps(z: Waves, axis: int) -> Array:
+def _compute_phase_differences(z: Waves, axis: int) -> Array:
     """Return the phase differences of z between adjacent grid points."""
     steps: Array = np.angle(np.roll(z, -1, axis=axis) * z.conj())
     return steps
@@ -123,7 +125,7 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
-        z = _compute_signals(form, at + offsets).z
+        z = _compute_axis_directions(form, at + offsets).z
         one, two = (z[1] - z[2]) / (2.0 * _STEP), (z[3] - z[4]) / (2.0 * _STEP)
         area = float((one.conjugate() * two).imag)
         if area == 0.0:
@@ -138,19 +140,19 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
     return np.full(2, np.nan)
 
 
-def _mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
+def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
     """Return the mean winding numbers of z along the loops of the first and the second angle.
 
     `since` contains the positions of the zeros relative to the first grid point [turns].
     """
-    first = round(float(_phase_steps(z, 0)[:, 0].sum()) / math.tau)
-    second = round(float(_phase_steps(z, 1)[0].sum()) / math.tau)
+    first = round(float(_compute_phase_differences(z, 0)[:, 0].sum()) / math.tau)
+    second = round(float(_compute_phase_differences(z, 1)[0].sum()) / math.tau)
     one = first - float((index * (1.0 - since[:, 1])).sum())
     two = second + float((index * (1.0 - since[:, 0])).sum())
     return np.array([one, two])
 
 
-def _strongest_rate(signals: _Signals, rates: Array) -> float:
+def _find_strongest_rate(signals: _AxisDirections, rates: Array) -> float:
     strengths = np.abs(np.fft.fft2(signals.height))
     strengths[0, 0] = 0.0
     n = len(strengths)

@@ -111,7 +111,7 @@ def compute_axis_motion(path: Path, up: Array, along: Array, east: Array) -> Axi
     """
     axis, velocity = along @ path.frame, path.velocity
     return AxisMotion(
-        *_horizontal_components(axis, velocity, up, east),
+        *_project_onto_horizontal_plane(axis, velocity, up, east),
         axis @ up,
         velocity @ up,
         np.asarray((velocity * axis).sum(axis=-1)),
@@ -139,7 +139,9 @@ def count_turns(
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
         half, whole = _compute_arc_points(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_state_gaps(
+                arcs, whole
+            )
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.halve_arcs(*half)
     # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
@@ -147,10 +149,12 @@ def count_turns(
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    return Turns(angle, _spin_angles(motion, about, apart, angle, through), through, unknown)
+    return Turns(
+        angle, _compute_spin_angles(motion, about, apart, angle, through), through, unknown
+    )
 
 
-def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compute the gap between each state of a path and the state computed from its predecessor.
 
     Returns three arrays with one entry per gap: the angle subtended at 0, a flag, and the size of
@@ -178,7 +182,7 @@ def _distance_to_line(z: Waves, rate: Waves) -> Array:
     return np.divide(across, size, out=start, where=size > 0.0)
 
 
-def _spin_angles(
+def _compute_spin_angles(
     motion: AxisMotion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
     """Return the angles by which the body turns about its axis between states.
@@ -205,9 +209,11 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
-    pace = 0.5 * (_angular_rate(arcs.z0, arcs.rate0) + _angular_rate(arcs.z1, arcs.rate1))
+    pace = 0.5 * (
+        _compute_angular_rate(arcs.z0, arcs.rate0) + _compute_angular_rate(arcs.z1, arcs.rate1)
+    )
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _measure_chords(_to_turning_frame(arcs, pace))
+    other, far, bent = _measure_chords(_transform_to_rotating_frame(arcs, pace))
     in_frame = far > _SAFETY * bent
     passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
     from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
@@ -225,7 +231,7 @@ def _compare_arcs_with_chords(arcs: _Arcs) -> _ArcAngles:
     return _ArcAngles(angle, known, through, np.where(at_rest, distance, far))
 
 
-def _to_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
+def _transform_to_rotating_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     """Transform the arcs to a frame that turns about 0 at the rate `pace`.
 
     The two frames coincide at the midpoint of each arc.
@@ -254,7 +260,7 @@ def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
     return np.angle(arcs.z1 * arcs.z0.conj()), np.abs(arcs.z0 + foot * chord), bend
 
 
-def _angular_rate(z: Waves, rate: Waves) -> Array:
+def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
     """Return the angular rate of z about 0, or 0 if |z| is at most THROUGH."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
@@ -272,12 +278,12 @@ def _compute_arc_points(
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _horizontal_components(axis, came.velocity, up, east)
+    z, rate = _project_onto_horizontal_plane(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _horizontal_components(
+def _project_onto_horizontal_plane(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
     """Return the horizontal projection of an axis as complex numbers, and its time derivative."""

@@ -20,7 +20,7 @@ from .parsers import (
     SEVERAL,
     method,
     numbers,
-    several_methods,
+    parse_method_list,
     translate_errors,
 )
 from .parsers import scene as a_scene
@@ -35,7 +35,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 )
 @click.option(
     "--methods",
-    type=several_methods,
+    type=parse_method_list,
     metavar="NAME[,...]",
     shell_complete=METHODS,
     help="Names of methods; default: all that apply to the body.",

@@ -25,7 +25,7 @@ def _parse_event(scene: Scene, word: str) -> Event:
         raise UsageError(f"unknown event {name!r}; {suggest_name(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
-    free = _positional_names(maker)
+    free = _list_positional_arguments(maker)
     if "scene" in free:
         free.remove("scene")
         given["scene"] = scene
@@ -43,7 +43,7 @@ def _parse_event(scene: Scene, word: str) -> Event:
         raise UsageError(f"--events {word}: {said}") from None
 
 
-def _positional_names(maker: Callable[..., Event]) -> list[str]:
+def _list_positional_arguments(maker: Callable[..., Event]) -> list[str]:
     """Return the names of the arguments of `maker` that can be passed by position."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]

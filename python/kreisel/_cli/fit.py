@@ -16,7 +16,7 @@ from .._fit.records import INSTRUMENT, InstrumentName, Record
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write
 from .output_files import FILE, check_outputs
-from .parsers import A_SCENE, UsageError, complete_list, names, numbers, translate_errors
+from .parsers import A_SCENE, UsageError, make_list_completer, names, numbers, translate_errors
 from .parsers import scene as a_scene
 
 _OPTIONS = ("free", "sigma", "loss", "pieces", "point")
@@ -59,7 +59,7 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     default="start,moments",
     show_default=True,
     metavar="NAME[,...]",
-    shell_complete=complete_list(FREE),
+    shell_complete=make_list_completer(FREE),
     help="The parameters to estimate.",
 )
 @click.option(
@@ -81,7 +81,7 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     type=names,
     default="",
     metavar="NAME[,...]",
-    shell_complete=complete_list(INSTRUMENT),
+    shell_complete=make_list_completer(INSTRUMENT),
     help="Properties of the instrument to estimate: bias, scale, mounting, delay.",
 )
 @click.option(

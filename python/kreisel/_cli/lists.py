@@ -15,7 +15,7 @@ from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest_name
 from ..scenes import about, get_scene
-from .parsers import UsageError, complete_one
+from .parsers import UsageError, make_name_completer
 
 
 def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
@@ -28,7 +28,7 @@ def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> N
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=complete_one(known))
+@click.argument("name", required=False, shell_complete=make_name_completer(known))
 @click.option(
     "--markdown",
     is_flag=True,
@@ -72,7 +72,7 @@ def _list_properties(method: Method) -> str:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=complete_one(about))
+@click.argument("name", required=False, shell_complete=make_name_completer(about))
 def scenes(name: str | None) -> None:
     """List the named scenes, or print one of them as a TOML template."""
     if name is None:

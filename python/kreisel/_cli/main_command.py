@@ -24,7 +24,7 @@ Exit codes
   130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
 
-class _MainGroup(click.Group):
+class _MainCommandGroup(click.Group):
     """The command group that contains all commands."""
 
     def make_context(
@@ -34,16 +34,20 @@ class _MainGroup(click.Group):
         parent: click.Context | None = None,
         **extra: object,
     ) -> click.Context:
-        with one_line_errors():
+        with print_errors_on_one_line():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with one_line_errors(), sigterm_as_interrupt(), _one_line_warnings():
+        with (
+            print_errors_on_one_line(),
+            convert_sigterm_to_interrupt(),
+            _print_warnings_on_one_line(),
+        ):
             super().invoke(ctx)
 
 
 @contextmanager
-def one_line_errors() -> Iterator[None]:
+def print_errors_on_one_line() -> Iterator[None]:
     """Return a context manager that prints an exception as a single line and sets the exit code."""
     try:
         yield
@@ -70,7 +74,7 @@ def one_line_errors() -> Iterator[None]:
 
 
 @contextmanager
-def sigterm_as_interrupt() -> Iterator[None]:
+def convert_sigterm_to_interrupt() -> Iterator[None]:
     """Return a context manager that treats SIGTERM like Ctrl-C, unless the signal is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
@@ -87,7 +91,7 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def _one_line_warnings() -> Iterator[None]:
+def _print_warnings_on_one_line() -> Iterator[None]:
     """Return a context manager that prints each warning as a single line on standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
@@ -108,7 +112,7 @@ def drop_unwritable_stdout() -> None:
 
 @click.group(
     "kreisel",
-    cls=_MainGroup,
+    cls=_MainCommandGroup,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=_CODES,
 )

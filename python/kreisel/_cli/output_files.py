@@ -56,11 +56,11 @@ def check_outputs(
     asked = [
         _append_extension(OutputFile(option, file)) for option, file in places if file is not None
     ]
-    taken = {_real_path(file): file for file in read if file != "-"}
+    taken = {_resolve_output_path(file): file for file in read if file != "-"}
     for place in asked:
         if not place.is_stdout:
             _check_writable(place.file)
-        same = _real_path(place.file)
+        same = _resolve_output_path(place.file)
         if same in taken and not _is_device(place.file):
             raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
@@ -77,7 +77,7 @@ def _append_extension(place: OutputFile) -> OutputFile:
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
 
 
-def _real_path(file: str) -> str:
+def _resolve_output_path(file: str) -> str:
     return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
 
 

@@ -28,7 +28,7 @@ from .._results.state_quantities import NO_STATES
 from .._results.tables import columns, quantity_rows
 from .._utils.atomic_io import atomic_open, atomic_write
 from .._utils.validation import Array
-from .table import AngleOptions, StateTable
+from .table import AngleOptions, StateTablePrinter
 
 _MET = "which", "direction"
 _SHOWN = 20  # largest number of events in the summary
@@ -38,7 +38,7 @@ Columns = Mapping[str, Sequence[object]]
 class Output(Protocol):
     """An output that receives a path in consecutive chunks."""
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Add the states of the next chunk to the output."""
 
 
@@ -53,7 +53,7 @@ def write_bytes(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def output_names(path: Path) -> tuple[str, ...]:
+def list_output_quantities(path: Path) -> tuple[str, ...]:
     """Return the names of the quantities to be written in addition to t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
@@ -63,7 +63,7 @@ def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
     return {name: column.tolist() for name, column in table.items()}
 
 
-def as_csv(table: Columns, head: bool = True) -> bytes:
+def encode_csv(table: Columns, head: bool = True) -> bytes:
     """Return a table as CSV in full precision, preceded by a header line if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
@@ -80,10 +80,10 @@ class CsvOutput:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Write the rows of the next chunk."""
-        table = columns_as_lists(self._angles.columns(piece, output_names(piece)))
-        rows = as_csv(table, head=self._grow is None)
+        table = columns_as_lists(self._angles.columns(piece, list_output_quantities(piece)))
+        rows = encode_csv(table, head=self._grow is None)
         if self._grow is None:
             self._grow = self._open_file()
         self._grow(rows)
@@ -100,7 +100,7 @@ class PathCollector:
 
     pieces: list[Path] = field(default_factory=list)
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Append the next piece."""
         self.pieces.append(piece)
 
@@ -135,9 +135,9 @@ class EventCollector:
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Append the events of the next chunk."""
-        self.parts.append((piece.events, output_names(piece)))
+        self.parts.append((piece.events, list_output_quantities(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """Return a table with one row per event: its name, time, direction and quantities."""
@@ -170,17 +170,17 @@ class Summary:
     """An output that prints a table of the states and the largest energy error over all states."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
-        self._table = StateTable(angles, is_whole)
+        self._table = StateTablePrinter(angles, is_whole)
         self._change = self._size = 0.0
         self._last: Path | None = None
 
-    def add_piece(self, piece: Path) -> None:
+    def add_path_piece(self, piece: Path) -> None:
         """Add the states of the next chunk."""
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add_states(piece, output_names(piece))
+        self._table.add_states(piece, list_output_quantities(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy_scale(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -210,7 +210,7 @@ def _energy_scale(path: Path) -> float:
     return max(at_start, float(path.kinetic.max())) + lever
 
 
-def as_json(
+def encode_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
     """Return a path as a JSON object: scene, method and options, then the quantities as lists.
@@ -228,7 +228,9 @@ def as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(path, output_names(path), angles.degrees, angles.unwrap):
+    for quantity, values in quantity_rows(
+        path, list_output_quantities(path), angles.degrees, angles.unwrap
+    ):
         found[quantity.name] = _replace_nonfinite(values.tolist())
     events = {} if met is None else {"events": _replace_nonfinite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
@@ -243,6 +245,6 @@ def _replace_nonfinite(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def as_npz(path: Path) -> bytes:
+def encode_npz(path: Path) -> bytes:
     """Return the bytes that path.save would write to a file."""
-    return dump_path(path, path._core_events)
+    return dump_path(path, path._events_for_archive)

@@ -80,12 +80,12 @@ def method(name: str) -> str:
     raise click.BadParameter(unknown_method_message(name))
 
 
-def several_methods(words: str) -> list[str]:
+def parse_method_list(words: str) -> list[str]:
     """Parse a comma-separated list of method names."""
     return [method(name) for name in names(words)]
 
 
-def complete_one(known: Iterable[str], files: bool = False) -> Completer:
+def make_name_completer(known: Iterable[str], files: bool = False) -> Completer:
     """Return a function that completes a word to one of the `known` names or to a file name."""
     words = list(known)
 
@@ -96,7 +96,7 @@ def complete_one(known: Iterable[str], files: bool = False) -> Completer:
     return complete
 
 
-def complete_list(known: Iterable[str]) -> Completer:
+def make_list_completer(known: Iterable[str]) -> Completer:
     """Return a function that completes the last word of a comma-separated list."""
     words = list(known)
 
@@ -107,10 +107,10 @@ def complete_list(known: Iterable[str]) -> Completer:
     return complete
 
 
-A_METHOD = complete_one([*_AUTO, *methods])
-METHODS = complete_list(methods)
-QUANTITIES = complete_list(RECORDABLE)
-A_SCENE = complete_one(about, files=True)
+A_METHOD = make_name_completer([*_AUTO, *methods])
+METHODS = make_list_completer(methods)
+QUANTITIES = make_list_completer(RECORDABLE)
+A_SCENE = make_name_completer(about, files=True)
 
 
 @contextmanager

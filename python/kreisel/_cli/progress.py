@@ -82,7 +82,7 @@ class RunOutcome:
     checkpoint: bytes | None = None
 
 
-def feed_outputs(
+def write_pieces_to_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> RunOutcome:
     """Add all pieces of a path to the outputs, and return how the run ended.
@@ -100,7 +100,7 @@ def feed_outputs(
             return RunOutcome(None, checkpoint)
         try:
             for output in outputs:
-                output.add_piece(piece)
+                output.add_path_piece(piece)
         except OSError as error:
             return RunOutcome(error, checkpoint)
         if stopped is None and stops.asked:

@@ -15,9 +15,9 @@ from .outputs import (
     Output,
     PathCollector,
     Summary,
-    as_csv,
-    as_json,
-    as_npz,
+    encode_csv,
+    encode_json,
+    encode_npz,
     write_bytes,
 )
 from .parsers import UsageError
@@ -74,7 +74,7 @@ _OPTIONS = (
 )
 
 
-def output_options(command: _Command) -> _Command:
+def add_output_options(command: _Command) -> _Command:
     """Add the output-file options to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
@@ -161,10 +161,12 @@ class RunOutputs:
         path = self._collector.whole_path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
-            write_bytes(self.files["--npz"], as_npz(path))
+            write_bytes(self.files["--npz"], encode_npz(path))
         if "--json" in self.files:
-            write_bytes(self.files["--json"], as_json(path, self._met, self._angle_options(), why))
+            write_bytes(
+                self.files["--json"], encode_json(path, self._met, self._angle_options(), why)
+            )
 
     def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:
-            write_bytes(self.files["--events-csv"], as_csv(self._met.table()))
+            write_bytes(self.files["--events-csv"], encode_csv(self._met.table()))

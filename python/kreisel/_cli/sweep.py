@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemaining
 
 from .._sweep.store import DONE, MISSING
 from .._sweep.sweep import sweep as run_sweep
-from .._sweep.sweep_result import SweepResult, list_gaps, read_sweep
+from .._sweep.sweep_result import SweepResult, list_missing_ranges, read_sweep
 from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
@@ -118,7 +118,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
             try:
                 yield pool
             except BaseException:
-                threading.excepthook = thread_excepthook
+                threading.excepthook = report_thread_exception
                 pool.shutdown(wait=False, cancel_futures=True)
                 for child in multiprocessing.active_children():
                     child.terminate()
@@ -127,7 +127,7 @@ def _open_executor(workers: int | None, dask: str | None) -> Iterator[Executor |
         yield None
 
 
-def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
+def report_thread_exception(failure: threading.ExceptHookArgs) -> None:
     """Report an uncaught exception of a thread, but ignore InvalidStateError.
 
     A process pool may raise InvalidStateError during shutdown, if a worker process exits after its
@@ -169,7 +169,9 @@ def status(folder: str) -> None:
         stand, there = found._verify_existing_parts()
     click.echo(_summary_text(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_format_ranges(list_gaps(there, found.parts))}")
+        click.echo(
+            f"{MISSING}: {left} parts, {_format_ranges(list_missing_ranges(there, found.parts))}"
+        )
     for how, parts in stand.items():
         if how != DONE:
             click.echo(f"{how}: {len(parts)} parts, {_format_ranges(_split_ranges(parts))}")

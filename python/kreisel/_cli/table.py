@@ -45,7 +45,7 @@ class AngleOptions:
         return table
 
 
-class StateTable:
+class StateTablePrinter:
     """A table of states for standard output, with all rows or only the first and last rows.
 
     is_whole  True: all rows are kept in memory and printed at the end
@@ -66,7 +66,7 @@ class StateTable:
         if not self._heads:
             of = units(piece, names, self._angles.degrees)
             self._heads = {name: f"{name} [{of[name]}]" if of[name] else name for name in table}
-        self._note_jumps(table)
+        self._detect_angle_jumps(table)
         count = len(piece)
         self.rows += count
         head = min(count, _ENDS - len(self._first))
@@ -74,7 +74,7 @@ class StateTable:
         begin = head if self._last.maxlen is None else max(head, count - _ENDS)
         self._last.extend(_select_rows(table, slice(begin, None)))
 
-    def _note_jumps(self, table: dict[str, Array]) -> None:
+    def _detect_angle_jumps(self, table: dict[str, Array]) -> None:
         half_turn = 180.0 if self._angles.degrees else np.pi
         for name in ANGLES & table.keys():
             values = np.append(self._before.get(name, []), table[name])

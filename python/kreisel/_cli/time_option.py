@@ -18,7 +18,7 @@ _COUNTABLE = 2.0**53
 
 
 @dataclass(frozen=True)
-class Grid:
+class TimeGrid:
     """The times first + k * step for 0 <= k < count.
 
     Each time is computed by a single multiplication, so rounding errors do not accumulate.
@@ -31,10 +31,10 @@ class Grid:
     def __getitem__(self, k: int) -> float:
         return self.first + k * self.step
 
-    def select_later_times(self, t: float) -> Grid:
+    def select_later_times(self, t: float) -> TimeGrid:
         """Return the times of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
-        return Grid(self[k], self.step, self.count - k) if k else self
+        return TimeGrid(self[k], self.step, self.count - k) if k else self
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Times:
     A single number is stored as a grid with one time.
     """
 
-    grids: tuple[Grid, ...]
+    grids: tuple[TimeGrid, ...]
     one: bool  # True if the user gave a single number, the time to reach
 
     def __len__(self) -> int:
@@ -79,7 +79,7 @@ def times(words: str) -> Times:
     return Times(grids, len(grids) == 1 and ":" not in words)
 
 
-def _parse_grid(word: str) -> Grid:
+def _parse_grid(word: str) -> TimeGrid:
     try:
         given = [float(part) for part in word.split(":")]
     except ValueError:
@@ -91,11 +91,11 @@ def _parse_grid(word: str) -> Grid:
     if not all(map(math.isfinite, given)):
         raise click.BadParameter(f"t must be finite, not {word!r}")
     if len(given) == 1:
-        return Grid(given[0], 0.0, 1)
+        return TimeGrid(given[0], 0.0, 1)
     return _make_grid(word, *given)
 
 
-def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
+def _make_grid(word: str, start: float, end: float, step: float) -> TimeGrid:
     """Return the grid from start to end, including the end if a whole number of steps fits."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
@@ -106,7 +106,7 @@ def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
     whole = math.floor(steps + 0.5)
     slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
     count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole
-    return Grid(start, math.copysign(step, length), count)
+    return TimeGrid(start, math.copysign(step, length), count)
 
 
 def _refuse_unordered_grids(ends: Sequence[float]) -> None:

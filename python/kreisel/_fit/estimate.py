@@ -10,7 +10,7 @@ from .._utils.errors import unknown_name_message, warn_user
 from .._utils.validation import as_int, check_type, short_repr
 from .fit_result import Fit, make_fit
 from .levenberg_marquardt import LossName
-from .parameters import FreeName, Parameters, parse_free
+from .parameters import FreeName, Parameters, parse_free_names
 from .records import Record
 from .search_session import SearchSession
 from .summary import describe_excess, describe_misfit, is_misfit
@@ -88,7 +88,7 @@ def fit(
     their standard deviations explain.
     """
     guesses = _parse_scenes(scene)
-    blocks, measured = parse_free(free), _parse_records(records)
+    blocks, measured = parse_free_names(free), _parse_records(records)
     if loss not in LOSSES:
         raise ValueError(unknown_name_message("loss", str(loss), LOSSES))
     limit = as_int("max_evaluations", max_evaluations, 1)
@@ -101,11 +101,11 @@ def fit(
     ]
     for session in sessions:
         session.check_records()
-        session.check_pieces(count)
-    return _run_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
+        session.check_segment_count(count)
+    return _run_search_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
 
-def _run_sessions(
+def _run_search_sessions(
     sessions: Sequence[SearchSession], pieces: int | None, is_multistart: bool
 ) -> Fit:
     best: Fit | None = None
@@ -114,14 +114,14 @@ def _run_sessions(
             session.run(pieces, has_data_guess=not is_multistart)
         except KeyboardInterrupt:
             reached = session.best
-            found = best if reached is None else _better_fit(best, make_fit(session))
+            found = best if reached is None else _select_better_fit(best, make_fit(session))
             raise FitInterrupted("the fit was interrupted", found) from None
         if session.best is not None:
-            session.check_start()
+            session.check_start_friction()
             session.check_sensitivity()
-            best = _better_fit(best, make_fit(session))
+            best = _select_better_fit(best, make_fit(session))
     if best is None:
-        raise _no_motion_error(sessions[0])
+        raise _make_no_motion_error(sessions[0])
     if is_misfit(best):
         warn_user(describe_misfit(best))
     elif best.excess:
@@ -134,16 +134,16 @@ def _run_sessions(
     return best
 
 
-def _better_fit(first: Fit | None, second: Fit) -> Fit:
+def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
     """Return the fit with the smaller cost."""
     return second if first is None or second.cost < first.cost else first
 
 
-def _no_motion_error(session: SearchSession) -> Error:
+def _make_no_motion_error(session: SearchSession) -> Error:
     """Return the exception raised by the motion of the first guess."""
-    session.check_start()
+    session.check_start_friction()
     try:
-        session.solve_guess()
+        session.solve_initial_scene()
     except Error as error:
         return error
     raise ValueError("the residuals leave the range of doubles: check the values and their sigma")

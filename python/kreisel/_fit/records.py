@@ -25,7 +25,7 @@ from .._utils.validation import (
     short_repr,
 )
 from .measurable import ANGULAR, MEASURABLE, SEEN_FROM_BODY
-from .table_columns import columns_of_frame, read_csv_columns, select_columns
+from .table_columns import read_csv_columns, read_frame_columns, select_columns
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -227,7 +227,7 @@ class Record(ReadOnlyArrays):
         `t`, the times are taken from an index of this name. Raises TypeError if the first argument
         is not a DataFrame.
         """
-        times, values = select_columns(columns_of_frame(frame, t), columns, t, _PARTS)
+        times, values = select_columns(read_frame_columns(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)
 
 

@@ -73,7 +73,7 @@ def rotation_matrix(q: Array) -> Array:
     return made
 
 
-def quaternion_of_matrix(matrix: Array) -> Array:
+def convert_matrix_to_quaternion(matrix: Array) -> Array:
     """Return the unit quaternion of a rotation matrix.
 
     The quaternion is the eigenvector for the largest eigenvalue of a symmetric matrix; this method
@@ -88,7 +88,7 @@ def quaternion_of_matrix(matrix: Array) -> Array:
     return made if made[0] >= 0.0 else -made
 
 
-def tilt_to(direction: Array) -> Array:
+def rotate_vertical_to(direction: Array) -> Array:
     """Return the quaternions of the smallest rotations that take e3 to the given unit vectors."""
     x, y, z = direction[..., 0], direction[..., 1], direction[..., 2]
     sine = np.hypot(x, y)

@@ -59,7 +59,7 @@ def _parse_field(file: str, row: int, word: str) -> float:
         ) from None
 
 
-def columns_of_frame(frame: DataFrame, t: str) -> dict[str, Array]:
+def read_frame_columns(frame: DataFrame, t: str) -> dict[str, Array]:
     """Return the columns of a data frame, and its index if the index is named `t`."""
     if not hasattr(frame, "columns") or not hasattr(frame, "index"):
         raise TypeError(f"frame must be a pandas.DataFrame, not {short_repr(frame)}")

@@ -16,8 +16,8 @@ import numpy as np
 
 from .._utils.validation import Array
 from .levenberg_marquardt import LossName
-from .parameters import Point
-from .residuals import ResidualModel, SeriesRows
+from .parameters import FitPoint
+from .residuals import ResidualModel, ResidualRows
 
 _CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
 _RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
@@ -74,7 +74,7 @@ class Spectrum:
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
-    def draw_steps(self, generator: np.random.Generator, n: int) -> Array:
+    def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
         """Return n random steps of all parameters, without components along blind directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
@@ -120,11 +120,11 @@ def compute_statistics(
     return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
 
 
-def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> float:
+def _correlate_neighbours(rows: tuple[ResidualRows, ...], residuals: Array) -> float:
     """Return the mean correlation of neighbouring residuals for each component of each series."""
     found = []
     for one in rows:
-        values, measured = one.residuals_of_series(residuals), one.is_measured
+        values, measured = one.select_series_residuals(residuals), one.is_measured
         for k in range(values.shape[1]):
             column = np.clip(values[measured[:, k], k], -_CLIP, _CLIP)
             spread = float(((column - column.mean()) ** 2).sum()) if column.size else 0.0
@@ -135,7 +135,7 @@ def _correlate_neighbours(rows: tuple[SeriesRows, ...], residuals: Array) -> flo
 
 
 def measure_nonlinearity(
-    model: ResidualModel, point: Point, residuals: Array, spectrum: Spectrum, inflation: float
+    model: ResidualModel, point: FitPoint, residuals: Array, spectrum: Spectrum, inflation: float
 ) -> float:
     """Return the deviation from 1, the value of a linear model, of the chi2 increase at one sigma.
 
@@ -148,7 +148,7 @@ def measure_nonlinearity(
     k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
     step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
-    room = model.distances_to_bounds(point)
+    room = model.compute_distances_to_bounds(point)
     for sign in (1.0, -1.0):
         if (-sign * step > room).any():
             continue

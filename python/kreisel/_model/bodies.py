@@ -103,8 +103,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
         exception of this constructor is raised.
         """
         slacks = parse_parameter("inertia_rtol", inertia_rtol)
-        made = _parse_flags("unphysical", unphysical)
-        slacks.raise_at_first(
+        made = _parse_booleans("unphysical", unphysical)
+        slacks.raise_first_error(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         rotors = _parse_rotors(rotor)
@@ -119,7 +119,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             "inertia_rtol": make_column(slacks.values, shape, 0),
             "rotor": make_column(rotors.values, shape, 1),
         }
-        self._set_columns(shape, axis_names(shape, given), columns, {})
+        self._set_shape_and_columns(shape, axis_names(shape, given), columns, {})
         self.__dict__["_varied"] = {
             each.name: make_column(each.values, shape, len(each.value))
             for each in given
@@ -145,7 +145,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             columns["inertia"] = flat.reshape(*self.shape, 9)
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
-            raise self._reproduce_member_error(
+            raise self._make_body_error(
                 make, given, tuple(map(int, np.unravel_index(index, self.shape)))
             )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
@@ -155,7 +155,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             kept["axes"], kept["principal_rotor"] = blocks[..., 7:11], blocks[..., 12:]
         return can_be.reshape(self.shape)
 
-    def _reproduce_member_error(
+    def _make_body_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
         """Return the exception that the constructor `make` raises for the member at index `at`."""
@@ -174,7 +174,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         more = f" (and {count - 1} more)" if count > 1 else ""
         warn_user(f"body{list(at)}{more}: {said}" if at else said)
 
-    def _member(self, index: Index) -> Body:
+    def _select_member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "inertia_rtol", "unphysical", "rotor"
         mass, tensor, com, *rest = (to_python(self._columns[name][index]) for name in names)
         words = dict(zip(names[3:], rest, strict=True))
@@ -316,7 +316,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
-    def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+    def _build_from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
         """Build bodies from a list, or return the first body if all of them are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
@@ -339,7 +339,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             return self
         dims = len(self.shape)
         names = (None,) * front + self._names
-        return self._map_columns(
+        return self._apply_to_columns(
             lambda held: np.broadcast_to(held, shape + held.shape[dims:]), shape, names
         )
 
@@ -360,7 +360,9 @@ def parse_tensors(name: str, given: object) -> Parameter:
         return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix)
+    made.raise_first_error(
+        skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix
+    )
     return made
 
 
@@ -400,7 +402,7 @@ def _parse_rotors(given: object) -> Parameter:
     return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
-def _parse_flags(name: str, given: object) -> Column:
+def _parse_booleans(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
         raise TypeError(

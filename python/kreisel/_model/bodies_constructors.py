@@ -91,7 +91,7 @@ class BodiesConstructors:
         array([16., 48.])
         """
         edges, at = parse_parameter("half", half, (3,)), parse_parameter("pivot", pivot, (3,))
-        edges.raise_at_first(
+        edges.raise_first_error(
             ~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0))
         )
         if mass is not None and density is not None:
@@ -156,7 +156,7 @@ class BodiesConstructors:
         shape_of(hole, r, h)
         both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
-        both.raise_at_first(
+        both.raise_first_error(
             bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0)
         )
         with np.errstate(all="ignore"):
@@ -224,7 +224,7 @@ class BodiesConstructors:
         """
         axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
-        axes.raise_at_first(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
+        axes.raise_first_error(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
         a, b, c = split_components(axes.values)
         with np.errstate(all="ignore"):
             shape = shapes.ellipsoid(a, b, c)

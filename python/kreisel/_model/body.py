@@ -168,7 +168,7 @@ class Body(BodyConstructors):
         shape = rod(as_positive("length", length))
         heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
         tensor = add_point_mass(central_inertia(shape, heavy), heavy, at)
-        return _join_parts(heavy, tensor, at, np.zeros(3))
+        return _build_body_from_parts(heavy, tensor, at, np.zeros(3))
 
     @classmethod
     def symmetric(
@@ -220,7 +220,7 @@ class Body(BodyConstructors):
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
         tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
         rotor = np.add(self.rotor, other.rotor)
-        return _join_parts(mass, tensor, com / mass, rotor, self, other)
+        return _build_body_from_parts(mass, tensor, com / mass, rotor, self, other)
 
     def shift(self, by: ArrayLike) -> Body:
         """Return the body shifted by the vector `by` [L] relative to the fixed point.
@@ -231,7 +231,7 @@ class Body(BodyConstructors):
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
         tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
-        return _join_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
+        return _build_body_from_parts(self.mass, tensor, com + way, np.array(self.rotor), self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body rotated about the fixed point within the frame of description.
@@ -247,7 +247,7 @@ class Body(BodyConstructors):
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
         tensor = axes.T @ parse_tensor("inertia", self.inertia) @ axes
         com, rotor = np.array(self.com) @ axes, np.array(self.rotor) @ axes
-        return _join_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
+        return _build_body_from_parts(self.mass, 0.5 * (tensor + tensor.T), com, rotor, self)
 
     def with_rotor(self, *, spin: float, inertia: float, axis: ArrayLike) -> Body:
         """Return a copy of the body with an additional rotor.
@@ -320,7 +320,7 @@ class Body(BodyConstructors):
         return body_kind(self._block, KIND_RTOL)
 
     @cached_property
-    def _near_kind(self) -> str:
+    def _nearby_kind_message(self) -> str:
         """Text about a kind to which the body is close (relative deviation 1e-8 or less), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
@@ -368,7 +368,9 @@ class ThinRods(Body):
         )
 
 
-def _join_parts(mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body) -> Body:
+def _build_body_from_parts(
+    mass: float, tensor: Array, com: Array, rotor: Array, *parts: Body
+) -> Body:
     """Build the body formed by the given parts, or ThinRods if all parts are rods on one line."""
     unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):

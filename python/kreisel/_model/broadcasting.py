@@ -49,13 +49,13 @@ class Parameter(NamedTuple):
         """Return the values broadcast to a batch of the given shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
-    def raise_at_first(self, bad: Any, validate: Validator) -> None:
+    def raise_first_error(self, bad: Any, validate: Validator) -> None:
         """Raise the exception for the first value where `bad` is True, quoting its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.error_at(index, validate)
+            raise self.make_error_at(index, validate)
 
-    def error_at(self, index: Index, validate: Validator) -> Exception:
+    def make_error_at(self, index: Index, validate: Validator) -> Exception:
         """Return the exception raised by `validate` for the value at `index`."""
         value = to_python(self.values[index])
         try:
@@ -96,7 +96,7 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if not np.isfinite(collapse_broadcast_axes(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.raise_at_first(
+        made.raise_first_error(
             ~(finite.all(axis=behind) if value else finite), select_validator(value)
         )
     return made
@@ -113,14 +113,14 @@ def select_validator(value: Shape) -> Validator:
 def parse_positive(name: str, given: object) -> Parameter:
     """Return a parameter with these values; raise ValueError unless all are positive."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values > 0.0), as_positive)
+    made.raise_first_error(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
     """Return a parameter with these values; raise ValueError if any is negative."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values >= 0.0), as_non_negative)
+    made.raise_first_error(~(made.values >= 0.0), as_non_negative)
     return made
 
 
@@ -139,14 +139,14 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Return a version of `change` that is applied only once to columns sharing a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def change_from_cache(held: Column) -> Column:
+    def apply_cached_change(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return change_from_cache
+    return apply_cached_change
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:

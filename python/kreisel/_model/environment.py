@@ -174,7 +174,7 @@ def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
         amplitude, rate = values[..., 0], values[..., 1]
         bad = (rate < 0.0) | (amplitude != 0.0) & (rate == 0.0)
     if np.any(bad):
-        made.raise_at_first(bad, lambda _, one: check(one))
+        made.raise_first_error(bad, lambda _, one: check(one))
 
 
 def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
@@ -197,5 +197,5 @@ def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Arr
         along = np.broadcast_to(made.values, (*made.shape, 3))
     negative = (made.values < 0.0).any(axis=-1)
     if negative.any():
-        made.raise_at_first(negative, lambda _, one: check_damping(one))
+        made.raise_first_error(negative, lambda _, one: check_damping(one))
     return made, along

@@ -115,7 +115,7 @@ def refuse_steady_rotor(body: Body | Bodies) -> None:
         raise ValueError("steady=True does not support bodies with rotors")
 
 
-def moments_about_axis(body: Body) -> tuple[float, float]:
+def find_symmetry_moments(body: Body) -> tuple[float, float]:
     """Return the transverse and axial moments of inertia of a symmetric body.
 
     Raises ValueError for a body that is not symmetric about its apex.
@@ -137,7 +137,7 @@ def moments_about_axis(body: Body) -> tuple[float, float]:
     )
 
 
-def steady_rate(
+def compute_steady_rate(
     across: float,
     along: float,
     torque: float,

@@ -21,11 +21,11 @@ def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, 
 
     `low` contains the low-order words of `momentum`. The sums are not finite in case of overflow.
     """
-    x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
+    x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)
     return (x[0], y[0], z[0]), (x[1], y[1], z[1])
 
 
-def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
+def _add_with_low_word(a: float, low: float, b: float) -> tuple[float, float]:
     """Return a + low + b as a double and a low-order word (Knuth's two-sum)."""
     total = a + b
     part = total - a
@@ -34,7 +34,7 @@ def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
     return high, rest - (high - total)
 
 
-def momentum_at_same_velocity(
+def convert_momentum_to_body(
     old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
 ) -> tuple[Vector, Vector]:
     """Return the momentum of the body `new` at the angular velocity of the body `old`.
@@ -46,19 +46,19 @@ def momentum_at_same_velocity(
     Raises ValueError if the momentum overflows.
     """
     q = _to_fractions(attitude, attitude_low)
-    m = _rotate(_conjugate(q), _to_fractions(momentum, low))
-    along = _rotate(_conjugate(_to_fractions(old.axes)), m)
+    m = _rotate_rational(_conjugate_rational(q), _to_fractions(momentum, low))
+    along = _rotate_rational(_conjugate_rational(_to_fractions(old.axes)), m)
     rate = [
         (x - Fraction(rotor)) / Fraction(moment)
         for x, moment, rotor in zip(along, old.moments, old.principal_rotor, strict=True)
     ]
-    velocity = _rotate(_to_fractions(old.axes), rate)
-    seen = _rotate(_conjugate(_to_fractions(new.axes)), velocity)
+    velocity = _rotate_rational(_to_fractions(old.axes), rate)
+    seen = _rotate_rational(_conjugate_rational(_to_fractions(new.axes)), velocity)
     own = [
         x * Fraction(moment) + Fraction(rotor)
         for x, moment, rotor in zip(seen, new.moments, new.principal_rotor, strict=True)
     ]
-    return _round_to_doubles(_rotate(q, _rotate(_to_fractions(new.axes), own)))
+    return _round_to_doubles(_rotate_rational(q, _rotate_rational(_to_fractions(new.axes), own)))
 
 
 def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
@@ -67,12 +67,12 @@ def _to_fractions(high: Sequence[float] | Array, low: Array | None = None) -> _R
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
 
 
-def _conjugate(q: _Rational) -> _Rational:
+def _conjugate_rational(q: _Rational) -> _Rational:
     w, x, y, z = q
     return w, -x, -y, -z
 
 
-def _rotate(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+def _rotate_rational(q: _Rational, v: Sequence[Fraction]) -> _Rational:
     """Return q v q* / |q|^2."""
     w, *u = q
     square = w * w + sum(x * x for x in u)

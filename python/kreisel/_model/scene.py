@@ -23,9 +23,9 @@ from .euler_angles import (
     attitude_from_euler,
     check_steady,
     check_tilt,
-    moments_about_axis,
+    compute_steady_rate,
+    find_symmetry_moments,
     refuse_steady_rotor,
-    steady_rate,
     to_radians,
     velocity_from_euler,
 )
@@ -120,7 +120,7 @@ class Scene:
 
     def __repr__(self) -> str:
         """Return the constructor call as text, omitting a support at rest."""
-        words: dict[str, object] = dict(self._arguments())
+        words: dict[str, object] = dict(self._list_constructor_arguments())
         for name in ("turning", "shaking"):
             if not any(getattr(self, name)):
                 del words[name]
@@ -128,7 +128,7 @@ class Scene:
             del words["friction"]
         return f"Scene({', '.join([f'{name}={value!r}' for name, value in words.items()])})"
 
-    def _arguments(self) -> SceneKwargs:
+    def _list_constructor_arguments(self) -> SceneKwargs:
         """Return constructor arguments that reproduce the scene."""
         return {
             "body": self.body,
@@ -150,21 +150,21 @@ class Scene:
         return self.shaking[0] != 0.0
 
     @cached_property
-    def _is_disturbed(self) -> bool:
+    def _has_disturbances(self) -> bool:
         """True if the top has damping, friction, or a moving support."""
         return self._is_losing_energy or self._is_shaken or any(self.turning)
 
     @property
-    def _is_plain(self) -> bool:
+    def _has_only_gravity(self) -> bool:
         """True if the body has no rotor, and only gravity acts."""
-        return not self._is_disturbed and not any(self.body.rotor)
+        return not self._has_disturbances and not any(self.body.rotor)
 
     @property
     def _is_losing_energy(self) -> bool:
         return any(self.damping) or self.friction > 0.0
 
     @cached_property
-    def _rate_estimate(self) -> float:
+    def _rotation_rate(self) -> float:
         """Estimated angular velocity [T^-1], derived from the momentum or from a pendulum."""
         largest, momentum = max(self.body.moments), math.hypot(*self.momentum)
         amplitude, rate, _ = self.shaking
@@ -177,7 +177,7 @@ class Scene:
     @cached_property
     def _resolvable_horizon(self) -> float:
         """A time [T] up to which `check_horizon` is certain to raise no error."""
-        return 0.5 * _COUNTABLE / self._rate_estimate if self._rate_estimate > 0.0 else math.inf
+        return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
@@ -192,7 +192,7 @@ class Scene:
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
         """Return a copy of the scene with some constructor parameters changed."""
-        words: dict[str, object] = dict(self._arguments())
+        words: dict[str, object] = dict(self._list_constructor_arguments())
         if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
             del words["momentum"]
         if "attitude_xyzw" in changes:
@@ -342,7 +342,7 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        across, along = moments_about_axis(check_type("body", body, Body))
+        across, along = find_symmetry_moments(check_type("body", body, Body))
         rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
         angle = check_tilt(tilt, in_degrees)
@@ -350,7 +350,7 @@ class Scene:
         if check_steady(steady, fast, precession, around):
             refuse_steady_rotor(body)
             torque = body.mass * around.validate()[0] * math.hypot(*body.com)
-            about = steady_rate(across, along, torque, rate, angle, fast, degrees)
+            about = compute_steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
             about = 0.0 if precession is None else as_float("precession", precession)
             about = math.radians(about) if in_degrees else about

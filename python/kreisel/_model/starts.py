@@ -54,24 +54,24 @@ class _EnergySurface(NamedTuple):
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return the angular momentum M for n verticals P and n angles alpha."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._basis_of_scaled_velocities(P)
+        first, second = self._build_velocity_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _basis_of_scaled_velocities(self, P: Array) -> tuple[Array, Array]:
+    def _build_velocity_basis(self, P: Array) -> tuple[Array, Array]:
         """Return an orthonormal basis of the vectors y = J^(-1/2) w.
 
         These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
         """
         normal = np.sqrt(self.moments) * P
-        return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
+        return _build_tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
-    def angle_of_stationary_height(self, P: Array, apex: Array) -> Array:
+    def find_stationary_height_angle(self, P: Array, apex: Array) -> Array:
         """Return one of the two angles alpha for which the height of the apex is stationary."""
-        first, second = self._basis_of_scaled_velocities(P)
+        first, second = self._build_velocity_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
@@ -92,9 +92,9 @@ class _EnergySurface(NamedTuple):
         made: Array = self.potential(P) - reach * (across + 0.5 * bend * reach)
         return made
 
-    def min_potential(self) -> float:
+    def find_min_potential(self) -> float:
         """Return the minimum of U, found by refining the best grid points with Newton's method."""
-        P = _points_on_sphere(*_cell_centres((_GRID, 2 * _GRID)))
+        P = _convert_to_sphere_points(*_list_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
@@ -108,7 +108,7 @@ class _EnergySurface(NamedTuple):
         for _ in range(100):
             JP = self.moments * P
             k = (self.vertical / (P @ JP)) ** 2
-            slope, sides = self.lever - k * JP, np.concatenate(_tangent_basis(P[None]))
+            slope, sides = self.lever - k * JP, np.concatenate(_build_tangent_basis(P[None]))
             bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
             values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
             steepest = np.abs(values).max()
@@ -173,7 +173,7 @@ def starts(
     _refuse_overflow(surface)
     if (n is None) == (grid is None):
         raise ValueError(f"give exactly one of n and grid, not {'none' if n is None else 'both'}")
-    least = surface.min_potential()
+    least = surface.find_min_potential()
     if surface.energy < least:
         raise ValueError(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
@@ -181,11 +181,11 @@ def starts(
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
-        P, alpha = _grid_starts(surface, grid, to_principal, body)
+        P, alpha = _list_grid_starts(surface, grid, to_principal, body)
     else:
-        P, alpha = _random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
+        P, alpha = _draw_random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
-    q = _shortest_rotations(P @ to_principal.T)
+    q = _compute_shortest_rotations(P @ to_principal.T)
     return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._clear_variation_cache()
 
 
@@ -201,7 +201,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
         raise ValueError(f"energy = {energy!r} is too large for the moments of this body")
 
 
-def _grid_starts(
+def _list_grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
     """Return a grid of vertical directions, in principal axes, and of angles alpha."""
@@ -211,10 +211,10 @@ def _grid_starts(
     counts = [as_int("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
     apex = np.array(body.principal_com)
     apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
-    frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
+    frame = np.stack([*np.concatenate(_build_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _points_on_sphere(*_cell_centres((counts[0], counts[1]))) @ frame
+    P = _convert_to_sphere_points(*_list_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
@@ -224,12 +224,14 @@ def _grid_starts(
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
     if len(counts) == 2:
-        begin = surface.angle_of_stationary_height(P, apex)
+        begin = surface.find_stationary_height_angle(P, apex)
     alpha = begin[:, None] + math.tau * np.arange(directions) / directions
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 
 
-def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
+def _draw_random_starts(
+    surface: _EnergySurface, n: int, seed: int, least: float
+) -> tuple[Array, Array]:
     """Return random vertical directions, in principal axes, and random angles alpha."""
     cover = _cover_with_cells(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
@@ -276,15 +278,15 @@ class _SphereCells(NamedTuple):
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
-        return _points_on_sphere(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
+        return _convert_to_sphere_points(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
-    def centres_and_reaches(self) -> tuple[Array, Array]:
+    def compute_centres_and_radii(self) -> tuple[Array, Array]:
         """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
         aside = 0.5 * self.wide * np.sin(polar[1])
-        return _points_on_sphere(middle, self.angle + 0.5 * self.wide), up + aside
+        return _convert_to_sphere_points(middle, self.angle + 0.5 * self.wide), up + aside
 
     def halve_cells(self) -> _SphereCells:
         """Return the two halves of each cell, which is cut across its longer side."""
@@ -305,7 +307,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
-        P, reach = cover.centres_and_reaches()
+        P, reach = cover.compute_centres_and_radii()
         kept = surface.potential_lower_bound(P, reach) <= surface.energy
         cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
@@ -314,7 +316,7 @@ def _cover_with_cells(surface: _EnergySurface) -> _SphereCells:
     return cover
 
 
-def _shortest_rotations(P: Array) -> Array:
+def _compute_shortest_rotations(P: Array) -> Array:
     """Return the smallest rotations that take the body-frame vector P to e3."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -325,20 +327,20 @@ def _shortest_rotations(P: Array) -> Array:
     return q
 
 
-def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _list_cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return the heights and angles of the centres of equally large cells on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()
 
 
-def _points_on_sphere(height: Array, angle: Array) -> Array:
+def _convert_to_sphere_points(height: Array, angle: Array) -> Array:
     """Return points on the unit sphere, given their heights and azimuths."""
     across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
-def _tangent_basis(normals: Array) -> tuple[Array, Array]:
+def _build_tangent_basis(normals: Array) -> tuple[Array, Array]:
     """Return, for each row, two unit vectors orthogonal to the row and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]

@@ -46,22 +46,22 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
     `t` is the argument of kreisel.solve. Raises TypeError or ValueError if `t` contains no valid
     times.
     """
-    allowed = allow_certificate(scene, t)
+    allowed = compute_largest_certificate(scene, t)
     return allowed > 0.0 and torus_plan(scene._block, allowed)[0] == "OK"
 
 
-def allow_certificate(scene: Scene, t: object) -> float:
+def compute_largest_certificate(scene: Scene, t: object) -> float:
     """Return the largest certificate of a closed form that 'auto' uses for a top on a torus.
 
     Returns 0.0 if 'auto' uses the Taylor series for any certificate. `t` is the argument of
     kreisel.solve. Raises TypeError or ValueError if it contains no times.
     """
-    if _ends_too_early(scene, t):
+    if _is_too_short_for_closed_form(scene, t):
         return 0.0
-    return _judge(scene, as_finite_array("t", t, TIMES_FORM))[1]
+    return _decide_on_closed_form(scene, as_finite_array("t", t, TIMES_FORM))[1]
 
 
-def _ends_too_early(scene: Scene, t: object) -> bool:
+def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
     """Return True if the last time of `t` is certainly too early for the closed form.
 
     This check takes far less time than a short solve, unlike the validation of `t`.
@@ -71,7 +71,7 @@ def _ends_too_early(scene: Scene, t: object) -> bool:
         last = t[-1]
     form = _FORMS[scene.body.kind]
     # The angular velocity is at most `ratio` times the rate.
-    most_steps = (0.5 * form.ratio + 1.0) * scene._rate_estimate
+    most_steps = (0.5 * form.ratio + 1.0) * scene._rotation_rate
     return isinstance(last, (int, float)) and most_steps * abs(last) < form.set_up
 
 
@@ -86,7 +86,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     scene, because the threads of the core do not plan closed forms. See "Ensembles" in
     docs/theory/closed_form.md.
     """
-    reason, allowed = _judge(scene, times)
+    reason, allowed = _decide_on_closed_form(scene, times)
     if reason:
         return reason
     status, refusal = torus_plan(scene._block, allowed)[:2]
@@ -94,15 +94,15 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
     return None if status == "OK" else f"the closed form of a {top} top does not apply: {refusal}"
 
 
-def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
+def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
     """Return the reason for the series before a plan is set up, or "", and the certificate allowed.
 
     The certificate is 0.0 if there is a reason.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
-    if scene._is_disturbed or not methods[EXACT].suits(scene):
+    if scene._has_disturbances or not methods[EXACT].suits(scene):
         return explain_no_closed_form(scene), 0.0
-    if _has_mismatch(scene, form.ratio):
+    if _is_only_nearly_integrable(scene, form.ratio):
         return f"the closed form of a {top} top would neglect rounding errors of this scene", 0.0
     if times is None:
         reason = (
@@ -121,7 +121,7 @@ def _judge(scene: Scene, times: Array | None) -> tuple[str, float]:
     return "", min(_ROUNDING * steps / _ERROR_PER_CERTIFICATE, _LARGEST_CERTIFICATE)
 
 
-def _has_mismatch(scene: Scene, ratio: float) -> bool:
+def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
     """Return True if the body only approximately satisfies the conditions of the closed form."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))

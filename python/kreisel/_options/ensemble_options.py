@@ -63,7 +63,7 @@ class EnsembleOptions:
     core_events: CoreEvents | None = None
 
     @property
-    def searches_step(self) -> bool:
+    def has_step_search(self) -> bool:
         """True if a method and a step are chosen for each top, as with method='geometric'."""
         return self.solve.error is not None
 
@@ -71,7 +71,7 @@ class EnsembleOptions:
     def is_one_by_one(self) -> bool:
         """True if tops are computed one at a time: with events, tangents or more than 16 digits."""
         one_by_one = self.core_events is not None or bool(self.solve.tangents)
-        return one_by_one or self.solve.has_low_words
+        return one_by_one or self.solve.has_extended_precision
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
@@ -80,7 +80,7 @@ class EnsembleOptions:
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
-    def reductions_for_core(self) -> list[tuple[str, int, int]]:
+    def core_reductions(self) -> list[tuple[str, int, int]]:
         """The reductions in the form accepted by a worker of the core."""
         return [one[:3] for one in self.reductions]
 
@@ -89,14 +89,14 @@ class EnsembleOptions:
         """The number of bytes per state; 0 with reductions."""
         if self.reductions:
             return 0
-        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_columns
-        return numbers * (2 if self.solve.has_low_words else 1)
+        numbers = self.solve.state_bytes + 8 * 6 * self.solve.tangent_column_count
+        return numbers * (2 if self.solve.has_extended_precision else 1)
 
-    def options_for(self, scene: Scene) -> SolveOptions:
+    def make_options_for_top(self, scene: Scene) -> SolveOptions:
         """Return the options for one top of the ensemble."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
-            one = one.keep_heading()
+            one = one.with_heading()
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
@@ -122,10 +122,10 @@ def unravel_index(i: int, shape: Shape) -> Index:
 
 def member(tops: Ensemble, i: int) -> Scene:
     """Return member i of an ensemble, counted in C order."""
-    return tops._member(unravel_index(i, tops.shape))
+    return tops._select_member(unravel_index(i, tops.shape))
 
 
-def method_for_all(name: object, tops: Ensemble) -> Method:
+def get_method_for_ensemble(name: object, tops: Ensemble) -> Method:
     """Return the method named `name` for all members of an ensemble.
 
     Raises ValueError if the method does not apply to a member; the message gives the first such
@@ -162,13 +162,13 @@ def parse_ensemble_options(
     Raises TypeError or ValueError for an invalid argument.
     """
     is_auto = isinstance(method, str) and method == "auto"
-    chosen = method_for_all(FALLBACK if is_auto else method, tops)
+    chosen = get_method_for_ensemble(FALLBACK if is_auto else method, tops)
     reductions = parse_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
     solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
-    if reductions and solve.has_low_words:
+    if reductions and solve.has_extended_precision:
         raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
         solve = replace(solve, events=())

@@ -145,7 +145,7 @@ class Method:
         A scene without gravity has a closed form for any body without a rotor. Few methods apply to
         tops with damping, friction, or a moving support.
         """
-        plain = check_type("scene", scene, Scene)._is_plain
+        plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
 
 
@@ -190,10 +190,10 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 def describe_kind(scene: Scene) -> str:
     """Return text that describes the body of a scene according to its kind."""
-    damped, near = "damped " if scene._has_damping else "", scene.body._near_kind
+    damped, near = "damped " if scene._has_damping else "", scene.body._nearby_kind_message
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
-    more = list_disturbances(scene) if scene._is_disturbed else []
+    more = list_disturbances(scene) if scene._has_disturbances else []
     more = [name for name in more if name != "damping"]
     around = f" {'and' if rotor else 'with'} {' and '.join(more)}" if more else ""
     return f"this {damped}body of kind {scene.body.kind!r}{rotor}{around}{which}"
@@ -213,7 +213,7 @@ def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
-    if scene._is_disturbed and not methods[EXACT].suits(scene):
+    if scene._has_disturbances and not methods[EXACT].suits(scene):
         return f"no closed form is known for {describe_kind(scene)}"
     if any(scene.body.rotor):
         return (
@@ -245,7 +245,7 @@ def get_method(name: object) -> Method:
     return method
 
 
-def _describe_tops(method: Method, scene: Scene) -> str:
+def _describe_applicable_tops(method: Method, scene: Scene) -> str:
     """Describe the tops to which a method applies, for an error message about `scene`."""
     if scene._has_damping and not method.damped:
         return "tops without damping"
@@ -276,10 +276,10 @@ def resolve_method(name: object, scene: Scene) -> Method:
     method = get_method(name)
     if not method.suits(scene):
         has_form = method.applies_to(scene.body) or (method.exact and any(scene.body.rotor))
-        if has_form and not scene._is_disturbed:
+        if has_form and not scene._has_disturbances:
             raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
-        tops = _describe_tops(method, scene)
+        tops = _describe_applicable_tops(method, scene)
         raise ValueError(
             f"the method {name!r} does not apply to {describe_kind(scene)}: "
             f"it is for {tops}; these apply: {others}"

@@ -135,9 +135,9 @@ def make_plan(
     runs and ensembles, `times` is None.
     """
     is_series = options.method.name == FALLBACK
-    kernel, order = _find_kernel(options.core) if is_series else ("", options.method.order)
+    kernel, order = _find_taylor_kernel(options.core) if is_series else ("", options.method.order)
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
-    if options.want is None and options.has_low_words:
+    if options.want is None and options.has_extended_precision:
         columns += "q_low", "m_low"
     return Plan(
         method=options.method.name,
@@ -148,15 +148,15 @@ def make_plan(
         kernel=kernel,
         columns=columns,
         bytes=8 * sum(map(count_components, columns)),
-        left_out=_list_omissions(scene, options, states),
+        left_out=_list_omitted_computations(scene, options, states),
         kept=_list_unneeded_computations(scene, options),
         choice=choice,
-        turn=_turn_per_step(scene, options),
+        turn=_estimate_turn_per_step(scene, options),
     )
 
 
 @lru_cache
-def _find_kernel(core: CoreArguments) -> tuple[str, int]:
+def _find_taylor_kernel(core: CoreArguments) -> tuple[str, int]:
     """Return the instruction set in use and the order of the Taylor series.
 
     Both depend only on the options, so any scene can be used.
@@ -166,7 +166,7 @@ def _find_kernel(core: CoreArguments) -> tuple[str, int]:
     return top.kernel if top else ("", 0)
 
 
-def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
+def _estimate_turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
     """Return the approximate angle by which the top turns per fixed step, or None if steps vary.
 
     Few methods can follow a top that turns by one radian or more per step.
@@ -174,7 +174,7 @@ def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return options.step * max(velocity, scene._rate_estimate)
+    return options.step * max(velocity, scene._rotation_rate)
 
 
 def _explain_method(
@@ -211,7 +211,7 @@ def _is_torque_free(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
+def _list_omitted_computations(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
     if options.can_skip_heading:

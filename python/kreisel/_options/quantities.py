@@ -44,7 +44,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 }
 
 
-def _low_quantity(name: str) -> Quantity:
+def _make_low_word_quantity(name: str) -> Quantity:
     """Return the quantity for the low-order words of `name`, the digits beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
@@ -52,7 +52,7 @@ def _low_quantity(name: str) -> Quantity:
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 
-LOW = {low.name: low for low in map(_low_quantity, ("q", "m"))}
+LOW = {low.name: low for low in map(_make_low_word_quantity, ("q", "m"))}
 RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)

@@ -54,12 +54,12 @@ class SolveOptions:
         return self.events is not None
 
     @property
-    def tangent_bits(self) -> int:
+    def tangent_flags(self) -> int:
         """The sum of the core's bit flags for the names in `tangents`."""
         return sum(TANGENTS[name][0] for name in self.tangents)
 
     @property
-    def tangent_columns(self) -> int:
+    def tangent_column_count(self) -> int:
         """The number of columns of the tangents."""
         return sum(TANGENTS[name][1] for name in self.tangents)
 
@@ -67,7 +67,7 @@ class SolveOptions:
     def core(self) -> CoreArguments:
         """The arguments passed to the core."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.has_low_words or self.has_events
+        precise = self.has_extended_precision or self.has_events
         can_leave = self.method.skips_heading and not self.keeps_heading
         leave_heading = level and can_leave and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
@@ -85,7 +85,7 @@ class SolveOptions:
         """True if the core can omit the heading, because no requested quantity depends on it."""
         return self.core[-1]
 
-    def keep_heading(self) -> SolveOptions:
+    def with_heading(self) -> SolveOptions:
         """Return options that include the heading, as a turning support requires."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
@@ -105,11 +105,11 @@ class SolveOptions:
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
-    def has_low_words(self) -> bool:
+    def has_extended_precision(self) -> bool:
         """True if the low-order words of the states are also recorded."""
         return (self.digits or 0) > 16
 
-    def step_with_sign(self, is_back: bool) -> float | None:
+    def get_signed_step(self, is_back: bool) -> float | None:
         """Return the step, with a negative sign if `is_back`, or None if there is no step."""
         return -self.step if is_back and self.step is not None else self.step
 
@@ -139,7 +139,7 @@ def parse_options(
         chosen = methods[EXACT]
     name = method if requested is None else requested
     options = make_options(chosen, step, tol, digits, max_steps, name, want, every)
-    return options.keep_heading() if any(top.turning) else options
+    return options.with_heading() if any(top.turning) else options
 
 
 def options_for_method(
@@ -162,9 +162,9 @@ def options_for_method(
         parse_tol(method, tol),
         parse_digits(method, digits, tol),
         as_int("max_steps", max_steps, 0),
-        parse_want(want),
+        parse_requested_quantities(want),
         str(requested),
-        parse_every(method, every),
+        parse_recording_interval(method, every),
     )
 
 
@@ -190,7 +190,7 @@ def make_options(
     return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
-def parse_want(want: object) -> tuple[QuantityName, ...] | None:
+def parse_requested_quantities(want: object) -> tuple[QuantityName, ...] | None:
     """Return the names of the quantities to record, without duplicates, or None for the states.
 
     Raises TypeError or ValueError for invalid names.
@@ -262,7 +262,7 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
 
 
-def parse_every(method: Method, every: object) -> int | None:
+def parse_recording_interval(method: Method, every: object) -> int | None:
     """Return the number of steps between two recorded states, or None if `every` is None.
 
     Raises ValueError for an adaptive method.

@@ -76,7 +76,7 @@ def check_monotonic(times: Array, last: float, back: bool) -> None:
     raise ValueError(f"times must move away from 0 in one direction; {here} goes back from {there}")
 
 
-def time_chunks(
+def iterate_time_chunks(
     t: Numbers | Iterator[float],
     step: float | None,
     every: int | None,
@@ -92,7 +92,7 @@ def time_chunks(
     if isinstance(t, Iterator):
         if every is not None:
             raise ValueError("every needs t as a number; an iterator has its own times")
-        return _iterator_chunks(t, size)
+        return _split_iterator_into_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
         return _slice_times(times, size)
@@ -101,17 +101,17 @@ def time_chunks(
             "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _grid_chunks(end, step, every, size, after, begin)
+    return _split_grid_into_chunks(end, step, every, size, after, begin)
 
 
-def start_chunks(
+def parse_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return a flag that is True if the times are negative, and the times as in `time_chunks`."""
+    """Return a flag that is True if the times are negative, and the times as in `iterate_time_chunks`."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
-        return is_back, time_chunks(t, step, every, size, None)
+        return is_back, iterate_time_chunks(t, step, every, size, None)
     return times.size > 0 and bool(times[-1] < 0.0), _slice_times(times, size)
 
 
@@ -140,7 +140,7 @@ def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Itera
     return isinstance(last, (int, float, np.number)) and bool(last < 0.0), t
 
 
-def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
+def _split_iterator_into_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
     while piece := list(itertools.islice(t, size)):
         times = as_finite_array("t", piece, "an iterator of times")
         if times.ndim != 1:
@@ -158,7 +158,7 @@ def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
     return steps - 1 if steps * step - length > rounding else steps
 
 
-def _grid_times(steps: R, step: float, begin: float) -> R:
+def _compute_grid_times(steps: R, step: float, begin: float) -> R:
     """Return the times of the steps numbered `steps` on a grid that starts at `begin`."""
     times = steps * step
     return times + begin if begin else times
@@ -170,19 +170,19 @@ def _make_grid(end: float, step: float, every: int, size: int, begin: float) -> 
     states = steps // every + 1
     check_memory(states, size)
     grid = np.arange(0, steps + 1, every, dtype=np.float64)
-    return _grid_times(grid, math.copysign(step, end - begin), begin)
+    return _compute_grid_times(grid, math.copysign(step, end - begin), begin)
 
 
-def _grid_chunks(
+def _split_grid_into_chunks(
     end: float, step: float, every: int, size: int, after: float | None, begin: float
 ) -> Iterator[Array]:
     last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step, begin)
     first, signed = 0, math.copysign(step, end - begin)
     if after is not None:
         first = _count_steps(after, step, begin) // every * every
-        first += every if abs(_grid_times(float(first), signed, begin)) <= abs(after) else 0
+        first += every if abs(_compute_grid_times(float(first), signed, begin)) <= abs(after) else 0
     return (
-        _grid_times(
+        _compute_grid_times(
             np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64), signed, begin
         )
         for k in range(first, last + 1, size * every)
@@ -222,7 +222,7 @@ def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))
-    angle = scene._rate_estimate * abs(end)
+    angle = scene._rotation_rate * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "

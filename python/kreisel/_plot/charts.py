@@ -40,7 +40,7 @@ class Plottable(Protocol):
     def precession_angle(self) -> Array: ...
 
 
-class AngleDifference(NamedTuple):
+class AngleBetweenPaths(NamedTuple):
     """The angle between the attitudes of two paths at their common times.
 
     t      (k,) times [T]
@@ -85,7 +85,7 @@ def plot_paths(
     axes: Iterable[Axes] | None,
     degrees: bool,
     time_unit: str,
-    compute_difference: Callable[[], AngleDifference] | None = None,
+    compute_difference: Callable[[], AngleBetweenPaths] | None = None,
 ) -> Picture:
     """Plot each path and the states at its events in three axes, in a new figure by default.
 
@@ -164,14 +164,18 @@ def _draw_path(
     for height in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(height), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
-    below.plot(*_break_jumps(path.t, unit * around, _find_jumps(around)), color=BLUE, linewidth=1.2)
+    below.plot(
+        *_insert_gaps_at_jumps(path.t, unit * around, _find_precession_jumps(around)),
+        color=BLUE,
+        linewidth=1.2,
+    )
     has_events = events is not None and len(events.t) > 0
     if events is not None and has_events:
         _mark_events(axes, path.t, around, events, unit)
     _draw_legend(sphere, bool(heights), has_events)
     above.set_ylabel(f"nutation [{sign}]")
     below.set(xlabel=time, ylabel=f"precession [{sign}]")
-    _widen_narrow_range(above, unit)
+    _widen_narrow_axis(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
         apply_style(chart)
@@ -194,7 +198,7 @@ def _draw_legend(sphere: Axes, has_limits: bool, has_events: bool) -> None:
 
 
 def _draw_difference(
-    chart: Axes, difference: AngleDifference, angle: tuple[float, str], time: str
+    chart: Axes, difference: AngleBetweenPaths, angle: tuple[float, str], time: str
 ) -> None:
     """Plot the angle between two paths on a logarithmic scale, omitting angles equal to 0."""
     unit, sign = angle
@@ -213,7 +217,7 @@ def _draw_difference(
     apply_style(chart)
 
 
-def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
+def _find_precession_jumps(around: Array) -> npt.NDArray[np.intp]:
     """Return the indices of the intervals in which the precession angle jumps.
 
     In such an interval, the apex passes close to the vertical. The angle changes by more than 0.5
@@ -224,7 +228,9 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
 
 
-def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+def _insert_gaps_at_jumps(
+    t: Array, values: Array, intervals: npt.NDArray[np.intp]
+) -> tuple[Array, Array]:
     """Return the times and values with a NaN inserted in each of the `intervals`."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
@@ -252,7 +258,7 @@ def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
         return None
 
 
-def _widen_narrow_range(chart: Axes, unit: float) -> None:
+def _widen_narrow_axis(chart: Axes, unit: float) -> None:
     """Widen the range of the vertical axis if the nutation is constant up to rounding errors.
 
     The curve is then drawn as a horizontal line.

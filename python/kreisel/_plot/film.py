@@ -99,7 +99,7 @@ class Film:
 
         Raises ValueError for other suffixes, and OSError if the file cannot be written.
         """
-        make = writer_for(file)
+        make = select_film_encoder(file)
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
@@ -124,7 +124,9 @@ class Film:
         (lever,) = axes.plot([], [], color=STEEL, linewidth=2.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project_to_view(self._apex)
-        begin, out = _extent_along_apex(quads @ _rotation_matrix(self._q[0]).T, self._apex[0])
+        begin, out = _measure_extent_along_apex(
+            quads @ _rotation_matrix(self._q[0]).T, self._apex[0]
+        )
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
@@ -147,7 +149,7 @@ class Film:
             shadow.remove()
 
 
-def _extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
+def _measure_extent_along_apex(corners: Array, apex: Array) -> tuple[float, float]:
     """Return the positions of the two ends of the body along the apex axis."""
     heights = corners @ apex
     return max(float(heights.min()), 0.0), float(heights.max())
@@ -175,7 +177,7 @@ def make_film(
 
     All arguments are validated before any state is computed.
     """
-    make = None if file is None else writer_for(file)
+    make = None if file is None else select_film_encoder(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     unit = None if time_unit is None else as_unit("time_unit", time_unit)
     begin, end = _time_limits(path.t)
@@ -190,14 +192,14 @@ def make_film(
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
-    q, apex = _turn_to_side(states.q, states.apex)
+    q, apex = _rotate_lean_to_side(states.q, states.apex)
     film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide, unit)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
 
 
-def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
+def _rotate_lean_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Rotate the states about the vertical so that the body leans sideways in the picture.
 
     At the first state with a clear lean, the axis leans to the right and a little towards the eye.
@@ -251,7 +253,7 @@ def _rotation_matrix(q: Array) -> Array:
     )
 
 
-def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+def select_film_encoder(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
     """Return the function that encodes an animation for a file of this name.
 
     Raises ValueError for an unknown suffix, and OSError if the file cannot be written.

@@ -111,7 +111,7 @@ def draw_tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    draw_faces(axes, np.concatenate([_join_rims(rims), *ends]), colour, elevation, azimuth)
+    draw_faces(axes, np.concatenate([_connect_rings(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
 
 
@@ -128,7 +128,7 @@ def draw_scale(
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
     style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
     extent = float(max(np.ptp(x), np.ptp(y)))
-    aside, upwards = _direction_away_from_curve(x, y, 0.3 * extent)
+    aside, upwards = _find_direction_away_from_curve(x, y, 0.3 * extent)
     axes.annotate(
         "start", (x[0], y[0]), xytext=(9 * aside, 9 * upwards),
         ha=("center", "left", "right")[round(aside)],
@@ -148,7 +148,7 @@ def draw_scale(
     )  # fmt: skip
 
 
-def _direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
+def _find_direction_away_from_curve(x: Array, y: Array, reach: float) -> tuple[float, float]:
     """Return the direction from the mean of all points within `reach` to the first point.
 
     If the first point coincides with this mean, the direction points to the left.
@@ -165,13 +165,13 @@ def _thickness_or_default(centre: Array, thickness: float | None) -> float:
     return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
 
 
-def _join_rims(rims: Array) -> Array:
+def _connect_rings(rims: Array) -> Array:
     """Return the faces that connect consecutive rims, for n rims of k points each."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def parallel_normals(tangent: Array) -> Array:
+def compute_parallel_normals(tangent: Array) -> Array:
     """Return two unit normals at each point of a curve, which do not twist along the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]

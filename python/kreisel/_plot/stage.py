@@ -48,8 +48,10 @@ def _draw_floor(axes: Axes, height: float) -> None:
     """Draw circles and spokes on the floor that fade with distance from the centre."""
     turn = np.linspace(0.0, 2.0 * np.pi, 121)
     out = np.linspace(0.0, _RADIUS, 31)
-    lines = [r * _directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]]
-    lines += list(_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
+    lines = [
+        r * _make_horizontal_directions(turn) for r in np.linspace(0.0, _RADIUS, _RINGS + 1)[1:]
+    ]
+    lines += list(_make_horizontal_directions(turn[:: 120 // _SPOKES][:-1])[:, None] * out[:, None])
     pieces = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
     far = np.linalg.norm(pieces.mean(axis=1), axis=-1) / _RADIUS
     colours = np.tile(to_rgba(GRID), (len(pieces), 1))
@@ -61,11 +63,13 @@ def _draw_floor(axes: Axes, height: float) -> None:
 def _draw_dome(axes: Axes, floor: float) -> None:
     """Draw the outline of the unit sphere above the floor, and the circle where they intersect."""
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    x, y = _directions(turn).T
+    x, y = _make_horizontal_directions(turn).T
     height = y * np.cos(np.radians(20.0))  # of the points of the outline
     axes.plot(x, np.where(height >= floor, y, np.nan), color=FAINT, linewidth=0.8, zorder=0.6)
     if floor > -1.0:
-        rim = _project_at_height((1.0 - floor * floor) ** 0.5 * _directions(turn), floor)
+        rim = _project_at_height(
+            (1.0 - floor * floor) ** 0.5 * _make_horizontal_directions(turn), floor
+        )
         axes.plot(*rim.T, color=FAINT, linewidth=0.7, alpha=0.7, zorder=0.6)
     base, tip = (tuple(_project_at_height(np.zeros(2), z).tolist()) for z in (1.0, 1.22))
     axes.annotate("", tip, base, arrowprops={"arrowstyle": "->", "color": FAINT})
@@ -108,7 +112,7 @@ def _join_faces(faces: Array) -> Outline:
     return Outline(corners, codes.astype(np.uint8))
 
 
-def _directions(angle: Array) -> Array:
+def _make_horizontal_directions(angle: Array) -> Array:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 

@@ -18,7 +18,7 @@ from .._utils.validation import Array, as_finite_array, as_float
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-class RunOrigin(NamedTuple):
+class RunStart(NamedTuple):
     """The time [T] of a run's initial state, and the low-order words of that state or None.
 
     The time is 0 unless the run has been pushed, reset or changed.
@@ -34,7 +34,7 @@ class RunOrigin(NamedTuple):
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
-    def from_json(cls, value: object) -> RunOrigin:
+    def from_json(cls, value: object) -> RunStart:
         """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
@@ -46,7 +46,7 @@ class RunOrigin(NamedTuple):
         return cls(as_float("the time of the start", value[0]), low)
 
 
-ORIGIN = RunOrigin()
+ORIGIN = RunStart()
 
 
 def record_states(
@@ -54,7 +54,7 @@ def record_states(
     options: SolveOptions,
     times: Array,
     progress: Progress | Work | None = None,
-    origin: RunOrigin = ORIGIN,
+    origin: RunStart = ORIGIN,
 ) -> CoreResult:
     """Record the states at times that have already been validated.
 
@@ -65,8 +65,8 @@ def record_states(
     return record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
 
 
-def record_unordered(
-    scene: Scene, options: SolveOptions, times: Array, origin: RunOrigin = ORIGIN
+def record_states_at_unordered_times(
+    scene: Scene, options: SolveOptions, times: Array, origin: RunStart = ORIGIN
 ) -> CoreResult:
     """Record the states at unordered times, which may be negative, zero or positive.
 
@@ -74,7 +74,7 @@ def record_unordered(
     result is returned, which contains the states before the failure.
     """
     states = np.empty((times.size, 8))
-    low = np.empty((times.size, 8)) if options.has_low_words else None
+    low = np.empty((times.size, 8)) if options.has_extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
     for side in (times < 0.0, times >= 0.0):
         at = np.flatnonzero(side)
@@ -91,7 +91,7 @@ def record_unordered(
     return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
-def creation_error(
+def make_creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception for a top for which the core cannot create a run.

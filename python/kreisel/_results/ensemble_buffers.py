@@ -25,7 +25,7 @@ _NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
-class RawEvents(NamedTuple):
+class EventColumns(NamedTuple):
     """Events of several tops, stored as columns of equal length e.
 
     The columns are the row of the top, the state and its low-order words (8 numbers each), and the
@@ -38,10 +38,10 @@ class RawEvents(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
+    def select_events(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> EventColumns:
         """Return the events at the indices `chosen`, with `numbers` as the column `top`."""
         states, low = self.states[chosen], self.low[chosen]
-        return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
+        return EventColumns(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
@@ -78,7 +78,7 @@ class EnsembleBuffers:
     reduced: Array | None = None
     last: dict[int, Array] = field(default_factory=dict)
     messages: dict[int, str] = field(default_factory=dict)
-    events: list[RawEvents] = field(default_factory=list)
+    events: list[EventColumns] = field(default_factory=list)
     chosen: dict[int, StepChoice] = field(default_factory=dict)
 
     @classmethod
@@ -97,11 +97,11 @@ class EnsembleBuffers:
                 buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
-            buffers.low = np.empty((n, k, 8)) if options.solve.has_low_words else None
+            buffers.low = np.empty((n, k, 8)) if options.solve.has_extended_precision else None
         if options.solve.tangents:
-            shape = n, k, 6, options.solve.tangent_columns
+            shape = n, k, 6, options.solve.tangent_column_count
             buffers.tangents, buffers.truncation = np.empty(shape), np.full(n, np.nan)
-            buffers.tangents_low = np.empty(shape) if options.solve.has_low_words else None
+            buffers.tangents_low = np.empty(shape) if options.solve.has_extended_precision else None
         return buffers
 
     @property
@@ -109,7 +109,7 @@ class EnsembleBuffers:
         """The number of tops."""
         return len(self.status)
 
-    def _arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+    def _list_arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         names = ["status", "done", "counts", "reached", "states", "low", "reduced"]
         names += ["tangents", "tangents_low", "truncation"]
         arrays = {name: getattr(self, name) for name in names}
@@ -120,7 +120,7 @@ class EnsembleBuffers:
 
         If `which` is a slice, the arrays of the returned buffers are views.
         """
-        arrays = {name: array[which] for name, array in self._arrays().items()}
+        arrays = {name: array[which] for name, array in self._list_arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
         if self.last or self.messages or self.chosen:
@@ -128,10 +128,10 @@ class EnsembleBuffers:
             part.last = {j: self.last[i] for j, i in numbers if i in self.last}
             part.messages = {j: self.messages[i] for j, i in numbers if i in self.messages}
             part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
-        part.events = self._events_of_rows(which) if self.events else []
+        part.events = self._select_events_of_rows(which) if self.events else []
         return part
 
-    def _events_of_rows(self, which: Which) -> list[RawEvents]:
+    def _select_events_of_rows(self, which: Which) -> list[EventColumns]:
         """Return the events of the rows selected by `which`, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
@@ -145,17 +145,17 @@ class EnsembleBuffers:
             )
         return found
 
-    def copy_rows_in(self, begin: int, part: EnsembleBuffers) -> None:
+    def copy_rows_from(self, begin: int, part: EnsembleBuffers) -> None:
         """Copy all results from the separate buffers `part` to the rows starting at `begin`."""
         end = begin + part.size
-        mine, columns = self._arrays(), self.columns
-        for name, array in part._arrays().items():
+        mine, columns = self._list_arrays(), self.columns
+        for name, array in part._list_arrays().items():
             mine[name][begin:end] = array
         for name, array in part.columns.items():
             columns[name][begin:end] = array
-        self.merge_part(begin, part)
+        self.add_events_and_failures(begin, part)
 
-    def merge_part(self, begin: int, part: EnsembleBuffers) -> None:
+    def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
         """Add the failures, choices and events of `part`, whose first row has index `begin`."""
         if part is self:
             return
@@ -190,7 +190,7 @@ class SliceRunner(NamedTuple):
     is_native: bool = False
 
 
-def run_lanes(
+def run_slice_in_lanes(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -205,7 +205,7 @@ def run_lanes(
     that the core uses.
     """
     part = buffers if end - begin == buffers.size else buffers.select_rows(slice(begin, end))
-    failed, last = Worker(*options.core, options.reductions_for_core, work).run(
+    failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip
@@ -213,7 +213,7 @@ def run_lanes(
     return part
 
 
-def run_scalar(
+def run_slice_sequentially(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -224,23 +224,23 @@ def run_scalar(
 ) -> EnsembleBuffers:
     """Run the tops begin..end one at a time, and return their rows with events and tangents.
 
-    The arguments are the same as for run_lanes.
+    The arguments are the same as for run_slice_in_lanes.
     """
     part = buffers.select_rows(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
-        options.solve.tangent_bits, part.tangents, part.tangents_low, part.truncation,
+        options.solve.tangent_flags, part.tangents, part.tangents_low, part.truncation,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
     if options.core_events is not None:
-        part.events = [RawEvents(by, states, rest, which, direction)]
+        part.events = [EventColumns(by, states, rest, which, direction)]
     return part
 
 
-LANES = SliceRunner(run_lanes, is_native=True)
-SCALAR = SliceRunner(run_scalar)
+LANES = SliceRunner(run_slice_in_lanes, is_native=True)
+SCALAR = SliceRunner(run_slice_sequentially)
 
 
 def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:

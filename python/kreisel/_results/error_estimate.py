@@ -28,7 +28,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
-from .core_calls import ORIGIN, CoreResult, RunOrigin
+from .core_calls import ORIGIN, CoreResult, RunStart
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
@@ -93,7 +93,7 @@ def estimate_error(
     return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
-def rounding_directions(scene: Scene, digits: int = 16) -> Array:
+def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
     """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
     Each change is divided by the relative rounding error. For at most 16 digits, the momentum's
@@ -103,16 +103,16 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     relative rounding error.
     """
     if digits <= 16:
-        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_estimate] * 3)
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
     to_space, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    turns = _rounding_rotations(scene)
+    turns = _compute_rounding_rotations(scene)
     taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
     return np.block([[turns, np.zeros((3, 3))], [taken, own]])
 
 
-def _rounding_rotations(scene: Scene) -> Array:
+def _compute_rounding_rotations(scene: Scene) -> Array:
     """Return the rotation vectors [rad], in the body frame, that result from rounding the attitude.
 
     The core stores the attitude of the principal axes as a quaternion. Each component of this
@@ -131,13 +131,13 @@ def _rotation_matrix(q: Quaternion) -> Array:
     return np.array([turn(q, axis) for axis in axes]).T
 
 
-def rounding_growth(
+def estimate_rounding_growth(
     scene: Scene,
     times: Array,
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-    origin: RunOrigin = ORIGIN,
+    origin: RunStart = ORIGIN,
 ) -> tuple[CoreResult, float]:
     """Return a core result, and the largest factor by which an initial rounding error is amplified.
 
@@ -148,7 +148,7 @@ def rounding_growth(
     The amplification is infinite if a tangent overflows. The result contains the states at which
     the amplification was evaluated. Some of these states are missing if the run fails.
     """
-    directions, most = rounding_directions(scene, digits), 1.0
+    directions, most = compute_rounding_effects(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
@@ -174,12 +174,12 @@ def rounding_growth(
     return came, most
 
 
-def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def compute_max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     """Return the largest angle [rad] between corresponding attitudes in two arrays."""
-    return float(angles_between(one, other).max())
+    return float(compute_angles_between(one, other).max())
 
 
-def angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def compute_angles_between(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the angles [rad] between corresponding attitudes in two arrays.
 
     Each argument is a pair of arrays: n attitudes and their low-order words. The attitudes are

@@ -60,13 +60,13 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     return times.reshape(-1)
 
 
-def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
+def list_flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
     """Return the flat indices, in C order, of the elements that `key` selects from `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
-def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
+def find_flat_index(shape: tuple[int, ...], key: Any) -> int | None:
     """Return the flat index of the member that `key` selects, or None if it selects several.
 
     `shape` is the shape of the ensemble.

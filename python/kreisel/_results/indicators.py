@@ -118,7 +118,7 @@ class Indicator(ReadOnlyArrays):
         starts exactly on an unstable steady or periodic orbit has a positive exponent, and is
         classified as chaotic. The value is False for a failed top. See also `doubt`.
         """
-        return _scalar_or_array(self.final_megno > THRESHOLD)
+        return _unwrap_scalar(self.final_megno > THRESHOLD)
 
     @property
     def doubt(self) -> npt.NDArray[np.str_] | str:
@@ -138,18 +138,18 @@ class Indicator(ReadOnlyArrays):
         """
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
-        for text, is_so in self._reasons_for_doubt().items():
+        for text, is_so in self._find_reasons_for_doubt().items():
             found[is_so & (found == "")] = text
-        return _scalar_or_array(found.astype(np.str_))
+        return _unwrap_scalar(found.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True where `doubt` has a reason; a bool for one scene."""
-        return _scalar_or_array(
-            np.any([self.status != "OK", *self._reasons_for_doubt().values()], axis=0)
+        return _unwrap_scalar(
+            np.any([self.status != "OK", *self._find_reasons_for_doubt().values()], axis=0)
         )
 
-    def _reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
+    def _find_reasons_for_doubt(self) -> dict[str, npt.NDArray[np.bool_]]:
         """Return reasons why the classification is doubtful, for all runs that did not fail."""
         megno, (low, high) = self.final_megno, NEAR
         return {
@@ -192,11 +192,11 @@ class Indicator(ReadOnlyArrays):
                 f"indicators of {self.curve.ndim - 1} dimensions cannot be drawn: select two of "
                 "the ensemble's dimensions before computing the indicator"
             )
-        from .._plot.growth_charts import draw_curves, draw_map
+        from .._plot.growth_charts import draw_indicator_curves, draw_indicator_map
 
         if self._tops is not None and self._tops.ndim == 2:
-            return draw_map(self, self._tops, axes, unit)
-        return draw_curves(self, axes, unit)
+            return draw_indicator_map(self, self._tops, axes, unit)
+        return draw_indicator_curves(self, axes, unit)
 
     def _repr_html_(self) -> str | None:
         """Return the indicator as a picture, or None if it cannot be drawn."""
@@ -216,9 +216,9 @@ class Indicator(ReadOnlyArrays):
             >>> list(kr.oli(tops, 1000).to_pandas())[:4]
             ['gravity', 'oli', 'final_megno', 'is_chaotic']
         """
-        from .indicator_tables import indicator_frame
+        from .indicator_tables import build_indicator_frame
 
-        return indicator_frame(self, self._tops)
+        return build_indicator_frame(self, self._tops)
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
@@ -232,12 +232,12 @@ class Indicator(ReadOnlyArrays):
             >>> kr.megno(tops, 1000).to_xarray()["megno"].dims
             ('gravity', 'time')
         """
-        from .indicator_tables import indicator_dataset
+        from .indicator_tables import build_indicator_dataset
 
-        return indicator_dataset(self, self._tops)
+        return build_indicator_dataset(self, self._tops)
 
 
-def _scalar_or_array(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
+def _unwrap_scalar(values: npt.NDArray[_T]) -> npt.NDArray[_T] | Any:
     """Return a read-only array, or a Python scalar if the array has no dimensions."""
     if values.ndim == 0:
         return values.item()
@@ -285,7 +285,7 @@ def compute_indicator(
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
-        raise _stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
+        raise _make_stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
     if progress is not None:
         progress(1.0)
     return result()
@@ -308,7 +308,7 @@ def _compute_rows(
     return status, out
 
 
-def _stop_error(
+def _make_stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, indicator: Indicator
 ) -> Error | Interrupted:
     """Return the exception for the i-th top, whose `.paths` is `indicator`."""
@@ -319,7 +319,7 @@ def _stop_error(
     return kind(f"{text}: the tangent of {scene!r}", status, path, indicator)
 
 
-def single_indicator(indicator: Indicator) -> Indicator:
+def extract_single_indicator(indicator: Indicator) -> Indicator:
     """Return the indicator of a single scene, given that of an ensemble with one top."""
 
     def first(values: npt.NDArray[_T]) -> npt.NDArray[_T]:
@@ -339,4 +339,4 @@ def single_indicator(indicator: Indicator) -> Indicator:
 def raise_if_failed(tops: Ensemble, indicator: Indicator, text: str) -> None:
     """Raise kreisel.Error if the only top of `tops` failed."""
     if indicator.failed.size:
-        raise _stop_error(Error, tops, 0, text, indicator)
+        raise _make_stop_error(Error, tops, 0, text, indicator)

@@ -17,14 +17,26 @@ from .._model.environment import advance_shaking
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, make_plan
-from .._options.solve_options import SolveOptions, parse_want
+from .._options.solve_options import SolveOptions, parse_requested_quantities
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
 from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
-from .core_calls import ORIGIN, CoreResult, RunOrigin, creation_error, record_unordered
-from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
+from .core_calls import (
+    ORIGIN,
+    CoreResult,
+    RunStart,
+    make_creation_error,
+    record_states_at_unordered_times,
+)
+from .error_estimate import (
+    ROUNDING,
+    SERIES,
+    compute_max_angle,
+    estimate_error,
+    estimate_rounding_growth,
+)
 from .indexing import StateIndex, check_path_times, resolve_index
 from .serialization import dump_path
 from .state_quantities import NO_STATES, STATE_COLUMNS
@@ -68,7 +80,7 @@ class Path(ReadOnlyArrays, Tables):
     _events: Events | None = None
     _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
-    _origin: RunOrigin = ORIGIN
+    _origin: RunStart = ORIGIN
 
     def __init__(
         self,
@@ -82,7 +94,7 @@ class Path(ReadOnlyArrays, Tables):
         _events: Events | None = None,
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
-        _origin: RunOrigin = ORIGIN,
+        _origin: RunStart = ORIGIN,
     ) -> None:
         fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
@@ -126,24 +138,28 @@ class Path(ReadOnlyArrays, Tables):
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
         return estimate_error(
-            self.scene, self.method, self.digits, self._max_angle_to, self._rounding_growth
+            self.scene,
+            self.method,
+            self.digits,
+            self._compute_max_angle_to,
+            self._estimate_rounding_growth,
         )
 
-    def _rounding_growth(self) -> float:
-        result, largest = rounding_growth(
+    def _estimate_rounding_growth(self) -> float:
+        result, largest = estimate_rounding_growth(
             self.scene, self.t, self.digits or 16, origin=self._origin
         )
-        path_or_raise(self.scene, SERIES, result, self._origin)
+        build_path_or_raise(self.scene, SERIES, result, self._origin)
         return largest
 
-    def _max_angle_to(self, second: SolveOptions) -> float:
+    def _compute_max_angle_to(self, second: SolveOptions) -> float:
         """Return the largest angle [rad] between the attitudes of this path and of a second run.
 
         The comparison includes the low-order words of both paths.
         """
-        result = record_unordered(self.scene, second, self.t, self._origin)
-        other = path_or_raise(self.scene, second, result, self._origin)
-        return max_angle((self.q, self.q_low), (other.q, other.q_low))
+        result = record_states_at_unordered_times(self.scene, second, self.t, self._origin)
+        other = build_path_or_raise(self.scene, second, result, self._origin)
+        return compute_max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
@@ -185,8 +201,8 @@ class Path(ReadOnlyArrays, Tables):
                 "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
         times = check_path_times(self.t, t, self.start_time)
-        result = record_unordered(self.scene, self._options, times, self._origin)
-        path = path_or_raise(self.scene, self._options, result, self._origin)
+        result = record_states_at_unordered_times(self.scene, self._options, times, self._origin)
+        path = build_path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
@@ -246,7 +262,7 @@ class Path(ReadOnlyArrays, Tables):
 
     def only(self, want: Iterable[QuantityName]) -> Path:
         """Return a copy of the path that contains only t and the quantities in `want`."""
-        names = parse_want(want) or ()
+        names = parse_requested_quantities(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         options = replace(self._options, want=names)
@@ -272,10 +288,10 @@ class Path(ReadOnlyArrays, Tables):
         - events_t, events_q, events_m, events_which and events_direction, if there are events;
         - tangents and tangents_low, if there are tangents.
         """
-        atomic_write(file, dump_path(self, self._core_events))
+        atomic_write(file, dump_path(self, self._events_for_archive))
 
     @property
-    def _core_events(self) -> tuple[Path, Integers, Integers] | None:
+    def _events_for_archive(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form in which path.save writes them.
 
         This form consists of a path that contains the states at the events, and of the indices and
@@ -414,7 +430,7 @@ class Interrupted(RunStop, KeyboardInterrupt):
     __module__ = "kreisel"
 
 
-def stop_exception(status: str, path: Path, where: str) -> BaseException:
+def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
     If the run failed or was interrupted, the exception is a RunStop that contains the path;
@@ -428,11 +444,11 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return creation_error(status, path.scene, path.method, path.step, path.tol)
+    return make_creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
 def make_path(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
     """Return a path that contains all states in `result`, a result of the core."""
     _, states, low, counts, end = result
@@ -441,18 +457,18 @@ def make_path(
     return Path(scene, states, stats, options, is_back, low, _origin=origin)
 
 
-def path_or_raise(
-    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunOrigin = ORIGIN
+def build_path_or_raise(
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: RunStart = ORIGIN
 ) -> Path:
     """Return a path built from a core result, limited to the quantities in `options.want`.
 
-    If the status of the result is not 'OK', the exception given by stop_exception is raised.
+    If the status of the result is not 'OK', the exception given by make_stop_exception is raised.
     """
     path = drop_unrequested_quantities(
         make_path(scene, options, result, origin), options.want, result[-1]
     )
     if result[0] != "OK":
-        raise stop_exception(result[0], path, progress_text(path, result[-1]))
+        raise make_stop_exception(result[0], path, format_progress(path, result[-1]))
     return path
 
 
@@ -471,10 +487,10 @@ def drop_unrequested_quantities(
         return path.only(want)
     except KeyboardInterrupt:
         part = path.only(want)
-        raise stop_exception("ERR_INTERRUPTED", part, progress_text(part, end)) from None
+        raise make_stop_exception("ERR_INTERRUPTED", part, format_progress(part, end)) from None
 
 
-def progress_text(path: Path, end: float) -> str:
+def format_progress(path: Path, end: float) -> str:
     """Return a message with the time that a path reached and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -18,7 +18,7 @@ from .._options.times import CHUNK_SIZE
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
 from .core_calls import record_states
-from .path import Events, Path, path_or_raise
+from .path import Events, Path, build_path_or_raise
 from .state_quantities import NO_STATES
 
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
@@ -29,7 +29,7 @@ def record_path(
 ) -> Path:
     """Return the path of a scene at times that have already been validated."""
     result = record_states(scene, options, times, progress)
-    return report_end(path_or_raise(scene, options, result), progress)
+    return report_end(build_path_or_raise(scene, options, result), progress)
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 from .._core import Request
 from .._model.scene import Scene
-from .._options.closed_form_choice import allow_certificate
+from .._options.closed_form_choice import compute_largest_certificate
 from .._options.methods import EXACT, FALLBACK, get_method, methods
 from .._options.solve_options import Progress, SolveOptions, make_options
 from .core_calls import CoreResult
-from .path import Path, path_or_raise
+from .path import Path, build_path_or_raise
 from .recorder import report_end
 from .state_quantities import Stats
 
@@ -39,7 +39,7 @@ def request_from_arguments(
         return _make_request(series)
     closed = _make_request(make_options(methods[EXACT], *controls))
     is_open = step is tol is None
-    return _make_request(series, closed, allow_certificate if is_open else None)
+    return _make_request(series, closed, compute_largest_certificate if is_open else None)
 
 
 def request_from_options(options: SolveOptions) -> Request | None:
@@ -81,7 +81,7 @@ def solve_request(
 ) -> Path | None:
     """Return the path of a scene, or None if the arguments must be validated in Python.
 
-    Raises the exception of stop_exception if the run fails.
+    Raises the exception of make_stop_exception if the run fails.
     """
     names = tuple(want) if type(want) is list else want
     if names is not None and type(names) is not tuple:
@@ -94,4 +94,4 @@ def solve_request(
     if not isinstance(path, tuple):
         return path
     options, result = path
-    return report_end(path_or_raise(scene, options, result), progress)
+    return report_end(build_path_or_raise(scene, options, result), progress)

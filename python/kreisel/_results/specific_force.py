@@ -31,7 +31,7 @@ SPECIFIC_FORCE = Quantity(
 )
 
 
-def to_body_frame(q: Array, vector: Array) -> Array:
+def transform_to_body_frame(q: Array, vector: Array) -> Array:
     """Return the components of a space vector in each body frame with the attitude in q (n, 4)."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)

@@ -17,8 +17,8 @@ from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest_name
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, as_vector, read_only, short_repr
-from .core_calls import RunOrigin
-from .specific_force import specific_force, to_body_frame
+from .core_calls import RunStart
+from .specific_force import specific_force, transform_to_body_frame
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class States(QuantityAttributes):
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
-    _origin: RunOrigin
+    _origin: RunStart
 
     @property
     def method(self) -> MethodName:
@@ -78,7 +78,7 @@ class States(QuantityAttributes):
 
         The value is None if the method has no step size, or if it chose the step size itself.
         """
-        return self._options.step_with_sign(self._is_back)
+        return self._options.get_signed_step(self._is_back)
 
     @property
     def tol(self) -> float | None:
@@ -135,7 +135,7 @@ class States(QuantityAttributes):
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {short_repr(name)}; {suggest_name(name, known)}")
 
-    def _state_components(self, name: str) -> Array:
+    def _select_state_component(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
         part = self.states[:, STATE_COLUMNS[name]]
@@ -144,12 +144,12 @@ class States(QuantityAttributes):
     @property
     def t(self) -> Array:
         """(n,) times [T]."""
-        return self._state_components("t")
+        return self._select_state_component("t")
 
     @property
     def q(self) -> Array:
         """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._state_components("q")
+        return self._select_state_component("q")
 
     @property
     def q_xyzw(self) -> Array:
@@ -159,7 +159,7 @@ class States(QuantityAttributes):
     @property
     def m(self) -> Array:
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._state_components("m")
+        return self._select_state_component("m")
 
     @cached_property
     def q_low(self) -> Array:
@@ -167,14 +167,14 @@ class States(QuantityAttributes):
 
         The low-order words are zero if at most 16 digits were requested.
         """
-        return self._low_words("q")
+        return self._select_low_words("q")
 
     @cached_property
     def m_low(self) -> Array:
         """(n, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
-        return self._low_words("m")
+        return self._select_low_words("m")
 
-    def _low_words(self, name: str) -> Array:
+    def _select_low_words(self, name: str) -> Array:
         if self._low is not None:
             return self._low[:, STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
@@ -282,7 +282,7 @@ class States(QuantityAttributes):
         """
         if not any(self.scene.turning):
             return self.body_velocity
-        support = to_body_frame(self.q, np.array(self.scene.turning))
+        support = transform_to_body_frame(self.q, np.array(self.scene.turning))
         return read_only(self.body_velocity + support)
 
     def specific_force(self, point: ArrayLike) -> Array:
@@ -357,12 +357,12 @@ def add_quantities(
     column    a function that returns the values of a quantity
     """
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
-        attribute = _attribute(QUANTITIES[name], lead, column)
+        attribute = _make_quantity_property(QUANTITIES[name], lead, column)
         attribute.__set_name__(kind, name)
         setattr(kind, name, attribute)
 
 
-def _attribute(
+def _make_quantity_property(
     quantity: Quantity, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> cached_property[Array]:
     def of(recorded: Recorded) -> Array:
@@ -375,8 +375,8 @@ def _attribute(
     return cached_property(of)
 
 
-def _column(path: States, name: str) -> Array:
+def _compute_path_column(path: States, name: str) -> Array:
     return read_only(values(name, path.scene._block, path.states))
 
 
-add_quantities(States, ("n",), _column)
+add_quantities(States, ("n",), _compute_path_column)

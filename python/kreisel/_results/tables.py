@@ -55,7 +55,7 @@ def quantity_rows(
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
-    for name in _parse_names(names) or _default_names(path):
+    for name in _parse_names(names) or _list_default_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
@@ -77,7 +77,7 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _default_names(path: HasQuantities) -> tuple[str, ...]:
+def _list_default_names(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -87,10 +87,10 @@ def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """Return t and the components of the quantities in `names` as one-dimensional columns."""
-    return _components(path, quantity_rows(path, names, degrees, unwrap))
+    return _list_component_columns(path, quantity_rows(path, names, degrees, unwrap))
 
 
-def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
+def _list_component_columns(path: States, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -101,16 +101,16 @@ def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `names`."""
-    return _units(quantity_rows(path, names, degrees, False))
+    return _list_units(quantity_rows(path, names, degrees, False))
 
 
-def _units(rows: QuantityRows) -> dict[str, str]:
+def _list_units(rows: QuantityRows) -> dict[str, str]:
     """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
-def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
+def format_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
     """Return the columns as CSV text in full precision.
 
     The first line consists of `heads`, if given, and otherwise of the column names.
@@ -160,8 +160,8 @@ class Tables(States):
         with optional_dependency(TABLES):
             import pandas as pd
         rows = quantity_rows(self, names, degrees, unwrap)
-        frame = pd.DataFrame(_components(self, rows)).set_index("t")
-        frame.attrs = self._run_attributes() | {"units": _units(rows)}
+        frame = pd.DataFrame(_list_component_columns(self, rows)).set_index("t")
+        frame.attrs = self._list_run_attributes() | {"units": _list_units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -191,7 +191,7 @@ class Tables(States):
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}
-        return xr.Dataset(variables, {**time, **coordinates}, self._run_attributes())
+        return xr.Dataset(variables, {**time, **coordinates}, self._list_run_attributes())
 
     def to_csv(
         self,
@@ -226,10 +226,12 @@ class Tables(States):
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
         if as_bool("units", units):
-            heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
-        atomic_write(file, as_csv(_components(self, rows), heads).encode())
+            heads = [
+                f"{name} [{unit}]" if unit else name for name, unit in _list_units(rows).items()
+            ]
+        atomic_write(file, format_csv(_list_component_columns(self, rows), heads).encode())
 
-    def _run_attributes(self) -> dict[str, object]:
+    def _list_run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
         about: dict[str, object] = {
             word: value for word, value in words.items() if value is not None

@@ -36,7 +36,7 @@ class TangentData(NamedTuple):
     by: tuple[str, ...]
 
     @classmethod
-    def from_flat(
+    def from_flat_arrays(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
         """Build the tangents from the flat arrays returned by the core."""

@@ -20,8 +20,8 @@ from .._results.executor import WorkerPool
 from .._results.indicators import (
     Indicator,
     compute_indicator,
+    extract_single_indicator,
     raise_if_failed,
-    single_indicator,
 )
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
@@ -75,7 +75,9 @@ def lyapunov(
     kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. Source: Benettin,
     Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
-    return _run_indicator("lyapunov", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator(
+        "lyapunov", scene, t, direction, tol, max_steps, threads, progress
+    )
 
 
 def megno(
@@ -104,7 +106,7 @@ def megno(
     Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astronomy and Astrophysics
     Supplement Series 147 (2000).
     """
-    return _run_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator("megno", scene, t, direction, tol, max_steps, threads, progress)
 
 
 def oli(
@@ -132,10 +134,10 @@ def oli(
     Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
     Celestial Mechanics and Dynamical Astronomy 83 (2002).
     """
-    return _run_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
+    return _compute_chaos_indicator("oli", scene, t, direction, tol, max_steps, threads, progress)
 
 
-def _run_indicator(
+def _compute_chaos_indicator(
     name: str,
     scene: Scene | Ensemble,
     t: Numbers,
@@ -145,7 +147,7 @@ def _run_indicator(
     threads: object,
     progress: Progress | None,
 ) -> Indicator:
-    times, controls = parse_growth(scene, t, direction, tol, max_steps)
+    times, controls = parse_indicator_arguments(scene, t, direction, tol, max_steps)
     pool, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
     if isinstance(scene, Ensemble):
         return compute_indicator(scene, times, name, controls, pool, callback)
@@ -156,10 +158,10 @@ def _run_indicator(
     if status != "OK" and statuses[status][0] == "INPUT":
         raise status_to_exception(status, f"no tangent in the direction {direction!r} of {scene!r}")
     raise_if_failed(tops, result, statuses[status][1])
-    return single_indicator(result)
+    return extract_single_indicator(result)
 
 
-def parse_growth(
+def parse_indicator_arguments(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
     """Return the times of the curve, and the tuple (tol, max_steps, direction).

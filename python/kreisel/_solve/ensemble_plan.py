@@ -146,18 +146,18 @@ def plan(
         raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
-        return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
+        return _make_ensemble_plan(scene, t, method, arguments, parse_threads(threads, None))
     options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
     times = None if t is None else time_array(t, options.step, options.every, options.state_bytes)
     states = None if times is None else times.size
     return make_plan(scene, options, states, times=times)
 
 
-def _plan_ensemble(
+def _make_ensemble_plan(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> EnsemblePlan:
     options = parse_arguments(tops, method, arguments)
-    closed, lanes = _method_counts(tops, options)
+    closed, lanes = _count_tops_by_method(tops, options)
     row = 8 * len(options.reductions)
     size = row or options.state_bytes
     states, seconds, measured = None, None, 0
@@ -176,11 +176,11 @@ def _plan_ensemble(
         bytes=size,
         seconds=seconds,
         measured=measured,
-        first=_first_plan(tops, options, states),
+        first=_plan_first_top(tops, options, states),
     )
 
 
-def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     """Return the number of tops computed in closed form, and the number integrated in lanes."""
     if options.solve.method.exact:
         return tops.size, 0
@@ -198,13 +198,13 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     return closed, tops.size - closed - alone
 
 
-def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
+def _plan_first_top(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
     if not tops.size:
         return None
     scene = member(tops, 0)
-    plan = make_plan(scene, options.options_for(scene), states)
+    plan = make_plan(scene, options.make_options_for_top(scene), states)
     kernel, order = Worker(*options.core, []).kernel
-    is_alone = scene._is_disturbed
+    is_alone = scene._has_disturbances
     if plan.method != FALLBACK or options.is_one_by_one or not kernel or is_alone:
         return plan
     level = options.solve.can_skip_heading

@@ -47,8 +47,8 @@ from .._utils.validation import (
 )
 from .exact_ensemble import (
     ExactEnsemble,
-    from_ensemble,
-    from_list,
+    make_exact_ensemble,
+    make_exact_ensemble_of_list,
     no_closed_form_error,
     refuse_turning_support,
 )
@@ -62,7 +62,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class _ClosedForm:
+class _ExactBase:
     """Base class of closed forms, with the scene, the nutation period and two mean rates."""
 
     scene: Scene
@@ -73,7 +73,7 @@ class _ClosedForm:
 
 
 @dataclass(frozen=True)
-class Exact(_ClosedForm):
+class Exact(_ExactBase):
     """The motion of a scene, given in closed form.
 
     The object can be called with a time or an array of times, and returns a kreisel.Path.
@@ -186,13 +186,13 @@ class Exact(_ClosedForm):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states_or_none(t, self.scene._resolvable_horizon)
+        states = self._try_to_compute_states(t, self.scene._resolvable_horizon)
         if states is None:
-            states = self._states_or_none(self._validated_times(t), math.inf)
+            states = self._try_to_compute_states(self._validate_times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
-    def _states_or_none(self, t: object, most: float) -> Array | None:
+    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         """Return the states at `t` as rows, or None if `t` has to be validated in Python.
 
         Validation is required if |t| is not below `most`, or if the core does not accept the type
@@ -200,7 +200,7 @@ class Exact(_ClosedForm):
         """
         return exact_states(self._plan, t, most)
 
-    def _validated_times(self, t: Numbers) -> Array:
+    def _validate_times(self, t: Numbers) -> Array:
         times = parse_time_list(t)
         check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
@@ -269,7 +269,9 @@ class ExactTorus(Exact):
         Methods of Classical Mechanics, section 50.
         """
         is_level = self.scene.body.kind == "goryachev_chaplygin"
-        first, second = (compute_action(self._states_at, j, is_level) for j in (0, 1))
+        first, second = (
+            compute_action(self._compute_states_at_angles, j, is_level) for j in (0, 1)
+        )
         return first, second, 0.0 if is_level else self.scene.momentum[2]
 
     def find_quasi_periods(self, n: int = 4) -> Array:
@@ -293,7 +295,7 @@ class ExactTorus(Exact):
         count = as_int("n", n, 1)
         first, second, _ = self.frequencies
         turns: list[tuple[int, int]] = []
-        for one, two in _find_convergents(first / second):
+        for one, two in _iterate_convergents(first / second):
             if len(turns) == count:
                 break
             if one > 0:
@@ -312,21 +314,21 @@ class ExactTorus(Exact):
         data = compute_torus_tangents(self.scene, path.states, names, _compute_states)
         return replace(path, _tangent_data=data)
 
-    def _states_at(self, turns: Array) -> Array:
+    def _compute_states_at_angles(self, turns: Array) -> Array:
         """Return the states, as rows, for rows of the first two angles on the torus [turns].
 
         The heading is taken from the initial state or, for a Goryachev-Chaplygin top, is arbitrary.
         """
         return torus_states_at(self._torus, turns)
 
-    def _states_or_none(self, t: object, most: float) -> Array | None:
+    def _try_to_compute_states(self, t: object, most: float) -> Array | None:
         return torus_states(self._torus, t, most)
 
     def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
         return _exact_torus, (self.scene,)
 
 
-def _find_convergents(ratio: float) -> Iterator[tuple[int, int]]:
+def _iterate_convergents(ratio: float) -> Iterator[tuple[int, int]]:
     """Yield the continued-fraction convergents of a positive number as (numerator, denominator).
 
     The sequence ends when a convergent equals the number to within rounding error.
@@ -377,7 +379,7 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 
 @dataclass(frozen=True)
-class ExactMap(_ClosedForm):
+class ExactMap(_ExactBase):
     """A closed form for the states that the method bobenko_suris computes with the given `step`.
 
     The object can be called with a number of steps, or with an array of such numbers, and returns a
@@ -431,9 +433,9 @@ def exact(
     turns about e3. For a turning support, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return from_list(scene)
+        return make_exact_ensemble_of_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
-        return from_ensemble(scene)
+        return make_exact_ensemble(scene)
     top = check_type("scene", scene, Scene)
     refuse_turning_support(top)
     if map is not None:
@@ -486,7 +488,7 @@ def record_exact_tangents(
     Raises ValueError under the same conditions as calling ExactTorus with tangents.
     """
     times = time_array(
-        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_columns
+        t, options.step, None, options.state_bytes + 2 * 48 * options.tangent_column_count
     )
     check_horizon(scene, float(times[-1]) if times.size else 0.0, options.step)
     check_tangent_times(scene, times)
@@ -497,6 +499,6 @@ def record_exact_tangents(
 
 def _compute_states(scene: Scene, t: Array) -> Array:
     """Evaluate the closed form of a scene at the given times, and return the states as rows."""
-    states = _exact_torus(scene)._states_or_none(t, math.inf)
+    states = _exact_torus(scene)._try_to_compute_states(t, math.inf)
     assert states is not None
     return states

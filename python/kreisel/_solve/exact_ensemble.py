@@ -194,23 +194,23 @@ class ExactEnsemble:
         self._call_in_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
-    def _to_ensemble_shape(self, row: Array) -> Array:
+    def _reshape_to_ensemble(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 0])
+        return self._reshape_to_ensemble(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 1])
+        return self._reshape_to_ensemble(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._mean_rates[:, 2])
+        return self._reshape_to_ensemble(self._mean_rates[:, 2])
 
     @property
     def frequencies(self) -> Array:
@@ -220,32 +220,32 @@ class ExactEnsemble:
     @property
     def certificate(self) -> Array:
         """(*shape) the largest relative residual, as in kreisel.ExactTorus."""
-        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 3])
+        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 3])
 
     @property
     def mismatch(self) -> Array:
         """(*shape) the relative difference from an integrable body, as in kreisel.ExactTorus."""
-        return self._to_ensemble_shape(self._frequencies_and_certificates[:, 4])
+        return self._reshape_to_ensemble(self._frequencies_and_certificates[:, 4])
 
     @property
     def least_nutation(self) -> Array:
         """(*shape) the least nutation, as in kreisel.Exact [rad]."""
-        return self._to_ensemble_shape(self._turning_points.least)
+        return self._reshape_to_ensemble(self._turning_points.least)
 
     @property
     def greatest_nutation(self) -> Array:
         """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
-        return self._to_ensemble_shape(self._turning_points.greatest)
+        return self._reshape_to_ensemble(self._turning_points.greatest)
 
     @property
     def t_least(self) -> Array:
         """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._turning_points.t_least)
+        return self._reshape_to_ensemble(self._turning_points.t_least)
 
     @property
     def t_greatest(self) -> Array:
         """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
-        return self._to_ensemble_shape(self._turning_points.t_greatest)
+        return self._reshape_to_ensemble(self._turning_points.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
@@ -257,14 +257,14 @@ class ExactEnsemble:
     @property
     def critical_spin(self) -> Array:
         """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
-        return self._to_ensemble_shape(self._turning_points.critical_spin)
+        return self._reshape_to_ensemble(self._turning_points.critical_spin)
 
 
 def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + explain_no_turning_points(status, scene))
 
 
-def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
+def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of all tops in an ensemble.
 
     Raises ValueError if a scene has no closed form; the message states the index of the first such
@@ -298,13 +298,13 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
         )
 
 
-def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes. Raises ValueError as from_ensemble does."""
+def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
+    """Return the closed forms of a list of scenes. Raises ValueError as make_exact_ensemble does."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
-    return from_ensemble(Ensemble.of(scenes), "scene")
+    return make_exact_ensemble(Ensemble.of(scenes), "scene")
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:

@@ -18,7 +18,7 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.body import Body
 from .._model.environment import Environment
-from .._model.exact_momentum import add_impulse, momentum_at_same_velocity
+from .._model.exact_momentum import add_impulse, convert_momentum_to_body
 from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK, resolve_method
@@ -26,25 +26,25 @@ from .._options.plan import Plan, make_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
-    parse_every,
     parse_options,
     parse_progress,
+    parse_recording_interval,
 )
 from .._options.times import (
     CHUNK_SIZE,
     check_horizon,
     check_monotonic,
+    iterate_time_chunks,
     time_array,
-    time_chunks,
 )
-from .._results.core_calls import ORIGIN, CoreResult, RunOrigin
+from .._results.core_calls import ORIGIN, CoreResult, RunStart
 from .._results.path import (
     Path,
     Stats,
     drop_unrequested_quantities,
+    format_progress,
     make_path,
-    progress_text,
-    stop_exception,
+    make_stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
 from .._results.requests import request_from_options
@@ -121,11 +121,11 @@ class Run:
     _options: SolveOptions
     _back: bool
     _fresh: bool
-    _origin: RunOrigin
+    _origin: RunStart
     _top: Motion
 
     def __init__(
-        self, scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin = ORIGIN
+        self, scene: Scene, options: SolveOptions, back: bool, origin: RunStart = ORIGIN
     ) -> None:
         own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
@@ -150,7 +150,7 @@ class Run:
             path = self._advance_in_one_call(t)
             if path is not None:
                 return path
-        times = self._times_to_record(t, every)
+        times = self._parse_recording_times(t, every)
         if times.size:
             self._check_times(times)
         if self.ended:
@@ -169,7 +169,7 @@ class Run:
         made = make_path(self.scene, self._options, result, self._origin)
         part = drop_unrequested_quantities(made, self.want, end)
         self.__dict__["stats"] = part.stats
-        raise stop_exception(status, part, progress_text(part, end))
+        raise make_stop_exception(status, part, format_progress(part, end))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
         """Advance the run to validated times, and return the path at these times."""
@@ -181,7 +181,7 @@ class Run:
             )
         if status != "OK":
             end = float(times[-1]) if times.size else self.t
-            raise stop_exception(status, path, progress_text(path, end))
+            raise make_stop_exception(status, path, format_progress(path, end))
         return report_end(path, progress)
 
     def stream(
@@ -197,9 +197,9 @@ class Run:
         Between two paths, the run can be saved, pushed, reset or changed. The stream then continues
         at its remaining times.
         """
-        number = parse_every(self._options.method, every)
+        number = parse_recording_interval(self._options.method, every)
         reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
-        chunks = time_chunks(t, self.step, number, size, reached, self.start_time)
+        chunks = iterate_time_chunks(t, self.step, number, size, reached, self.start_time)
         return self._iterate_paths(chunks, parse_progress(progress))
 
     def _iterate_paths(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
@@ -212,13 +212,13 @@ class Run:
             status, path = self._record_path(chunk, progress)
             path = drop_unrequested_quantities(path, self.want, float(chunk[-1]))
             if status != "OK":
-                raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
+                raise make_stop_exception(status, path, format_progress(path, float(chunk[-1])))
             yield path
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _times_to_record(self, t: Numbers, every: int | None) -> Array:
-        number = parse_every(self._options.method, every)
+    def _parse_recording_times(self, t: Numbers, every: int | None) -> Array:
+        number = parse_recording_interval(self._options.method, every)
         times = time_array(t, self.step, number, self._options.state_bytes, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
@@ -235,7 +235,7 @@ class Run:
         met, motion = None, self._top
         try:
             if self.events is None:
-                low = self._options.has_low_words
+                low = self._options.has_extended_precision
                 result = motion.record(times, low, progress)
             else:
                 result, met = motion.record_events(times, progress)
@@ -270,7 +270,7 @@ class Run:
         jolt = as_vector("impulse", impulse)
         if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
-        now = self._present_state()
+        now = self._read_present_state()
         momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
         self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
@@ -297,7 +297,7 @@ class Run:
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
             return
-        given = _select_given(
+        given = _drop_missing_arguments(
             momentum=momentum,
             attitude=attitude,
             velocity=velocity,
@@ -311,7 +311,7 @@ class Run:
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
         if self._options.can_skip_heading and not is_free:
             raise ValueError(_no_heading_message("a reset of a part of the state"))
-        now = self._present_state()
+        now = self._read_present_state()
         if turned:
             now.low[1:5] = 0.0
         none = (0.0, 0.0, 0.0) if moved else None
@@ -343,22 +343,22 @@ class Run:
         closed form to a damped top.
         """
         around = Environment(gravity, damping, turning, shaking, friction)
-        given = _select_given(body=body, **around._asdict())
+        given = _drop_missing_arguments(body=body, **around._asdict())
         if not given:
             raise TypeError(f"change needs a body, {', '.join(around._fields)}")
         if keep not in ("momentum", "velocity"):
             raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
-        now, low = self._present_state(), None
+        now, low = self._read_present_state(), None
         scene = now.scene.replace(**given)
         if keep == "velocity" and body is not None:
             old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
-            momentum, low = momentum_at_same_velocity(
+            momentum, low = convert_momentum_to_body(
                 old, scene.body, q, now.low[1:5], m, now.low[5:]
             )
             scene = scene.replace(momentum=momentum)
         self._restart(now, scene, momentum_low=low)
 
-    def _present_state(self) -> _PresentState:
+    def _read_present_state(self) -> _PresentState:
         """Return the present state. Raises RuntimeError if another call is advancing the run."""
         motion = self._top
         state, low = motion.state()
@@ -376,7 +376,7 @@ class Run:
         check_horizon(scene, now.t, self.step)
         if momentum_low is not None:
             now.low[5:] = momentum_low
-        origin = RunOrigin(now.t, now.low if self._options.has_low_words else None)
+        origin = RunStart(now.t, now.low if self._options.has_extended_precision else None)
         changes = {
             "scene": scene,
             "t": now.t,
@@ -437,10 +437,10 @@ class Run:
         atomic_write(file, self.checkpoint)
 
 
-def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunOrigin) -> Motion:
+def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunStart) -> Motion:
     """Create and return a core motion that starts from `origin`.
 
-    If the core rejects the scene, the exception given by stop_exception is raised.
+    If the core rejects the scene, the exception given by make_stop_exception is raised.
     """
     request = request_from_options(options)
     if request is not None:
@@ -455,10 +455,10 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: RunO
     state[0, 0] = origin.begin
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
     path = make_path(scene, options, result, origin)
-    raise stop_exception(status, path, progress_text(path, origin.begin))
+    raise make_stop_exception(status, path, format_progress(path, origin.begin))
 
 
-def _select_given(**arguments: object) -> SceneKwargs:
+def _drop_missing_arguments(**arguments: object) -> SceneKwargs:
     """Return only those arguments that are not None."""
     given = {name: value for name, value in arguments.items() if value is not None}
     return cast(SceneKwargs, given)
@@ -515,7 +515,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if rows is not None:
         events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
-    run = Run(scene, options, head["back"], RunOrigin.from_json(head.get("start")))
+    run = Run(scene, options, head["back"], RunStart.from_json(head.get("start")))
     found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":

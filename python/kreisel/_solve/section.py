@@ -101,7 +101,9 @@ def parse_section(
     parsed = parse_event(event)
     refuse_kinetic(tops, [parsed])
     events = to_core_events([parsed])
-    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
+    waits = np.broadcast_to(
+        _parse_waiting_time(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1))
+    )
     return waits, replace(options, core_events=events)
 
 
@@ -120,7 +122,7 @@ def parse_event(event: object) -> Event:
     return one
 
 
-def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
+def _parse_waiting_time(tops: Ensemble, max_wait: object) -> Array:
     """Return an array with the maximum waiting time [T] until the next event of each top."""
     if max_wait is None:
         known = np.empty(tops.size)

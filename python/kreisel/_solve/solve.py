@@ -20,7 +20,7 @@ from .exact import record_exact_tangents
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
-from .step_search import error_not_allowed, find_path, geometric_options
+from .step_search import geometric_options, make_unexpected_error_exception, solve_with_step_search
 from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 
@@ -157,7 +157,7 @@ def solve(
         )
     else:
         options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
-    return _solve_checked(scene, options, t, parse_progress(progress))
+    return _solve_with_options(scene, options, t, parse_progress(progress))
 
 
 def _parse_tangents_events_geometric(
@@ -190,11 +190,11 @@ def _parse_tangents_events_geometric(
         check_type("scene", scene, Scene)
         return geometric_options(error, max_steps, want, excluded)
     if error is not None:
-        raise error_not_allowed(method)
+        raise make_unexpected_error_exception(method)
     return parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
 
 
-def _solve_checked(
+def _solve_with_options(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
     """Solve a scene whose arguments need validation in Python or more than one call of the core."""
@@ -204,7 +204,7 @@ def _solve_checked(
     times = time_array(t, options.step, options.every, options.state_bytes)
     end = float(times[-1]) if times.size else 0.0
     if options.error is not None:
-        return find_path(scene, options, times, progress)
+        return solve_with_step_search(scene, options, times, progress)
     check_horizon(scene, end, options.step)
     if options.has_events or times.size > options.chunk_size:
         return Run(scene, options, end < 0.0)._advance(times, progress)

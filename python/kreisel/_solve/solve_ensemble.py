@@ -29,13 +29,13 @@ from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, refuse_kinetic, to_core_events
 from .run import EventSpec
-from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
+from .step_search import STEP_SEARCH, geometric_options, make_unexpected_error_exception
 from .variational import (
     TangentSpec,
     check_computes_tangents,
     parse_tangents,
     refuse_tangents_of_friction,
-    reject_with_tangents,
+    reject_arguments_with_tangents,
 )
 
 
@@ -121,7 +121,7 @@ def solve_ensemble(
 
 def select_slice_runner(options: EnsembleOptions) -> SliceRunner:
     """Return the function that runs ensemble slices with these options."""
-    if options.searches_step:
+    if options.has_step_search:
         return STEP_SEARCH
     return SCALAR if options.is_one_by_one else LANES
 
@@ -172,10 +172,10 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
         return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
     if arguments.tangents is not None:
-        return _tangent_options(tops, method, arguments)
+        return _parse_ensemble_tangent_options(tops, method, arguments)
     step, tol, digits, every, max_steps, error, want, events, reduce, _ = arguments
     if error is not None:
-        raise error_not_allowed(method)
+        raise make_unexpected_error_exception(method)
     if events is not None and reduce is not None:
         raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
@@ -187,11 +187,15 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     return replace(options, core_events=to_core_events(parsed))
 
 
-def _tangent_options(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
+def _parse_ensemble_tangent_options(
+    tops: Ensemble, method: str, arguments: SolveArguments
+) -> EnsembleOptions:
     """Return the options for an ensemble with tangents, whose tops are computed one at a time."""
     step, tol, digits, every, max_steps, error, want, events, reduce, tangents = arguments
     names = parse_tangents(tangents)
-    reject_with_tangents({"error": error, "want": want, "events": events, "reduce": reduce})
+    reject_arguments_with_tangents(
+        {"error": error, "want": want, "events": events, "reduce": reduce}
+    )
     chosen = FALLBACK if method == "auto" else method
     options = parse_ensemble_options(tops, chosen, step, tol, digits, max_steps, every=every)
     check_computes_tangents(options.solve.method)

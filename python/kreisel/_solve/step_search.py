@@ -23,7 +23,12 @@ from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions, member
 from .._options.methods import methods
 from .._options.plan import GEOMETRIC, StepChoice
-from .._options.solve_options import Progress, SolveOptions, parse_options, parse_want
+from .._options.solve_options import (
+    Progress,
+    SolveOptions,
+    parse_options,
+    parse_requested_quantities,
+)
 from .._options.times import check_horizon
 from .._results.core_calls import record_states
 from .._results.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
@@ -33,17 +38,17 @@ from .._results.error_estimate import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
+    estimate_rounding_growth,
     has_cheap_exact_form,
-    rounding_growth,
 )
 from .._results.path import (
     Error,
     Interrupted,
     Path,
     Stats,
+    build_path_or_raise,
     make_path,
-    path_or_raise,
-    stop_exception,
+    make_stop_exception,
 )
 from .._results.recorder import report_end
 from .._utils.quantity_attributes import MethodName
@@ -93,15 +98,15 @@ class StepSearch:
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
-        self.rate, self.weight = _rate_and_error_weight(scene)
+        self.rate, self.weight = _compute_rate_and_error_weight(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
         _, steps = self.guess_method(1.0)
         times_checked = self.check_times(math.ceil(steps))
-        result, grown = rounding_growth(
+        result, grown = estimate_rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
         )
-        path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
+        build_path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
         self.conditioning = ROUNDING * grown
         self.reference_options = self.choose_reference_options()
         more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
@@ -182,7 +187,7 @@ class StepSearch:
         if status != "OK":
             path = replace(make_path(self.scene, limited, result), stats=self.spent)
             text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
-            raise stop_exception(status, path, text)
+            raise make_stop_exception(status, path, text)
         return states
 
     def refine_step_count(self, steps: int, error: float) -> int:
@@ -194,7 +199,7 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def error_not_met(self, why: str) -> ValueError:
+    def make_unmet_error_exception(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; a rounding "
             "error (2**-53) of the state, in internal units, changes the attitude by about "
@@ -222,7 +227,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     return target
 
 
-def error_not_allowed(method: object) -> ValueError:
+def make_unexpected_error_exception(method: object) -> ValueError:
     """Return the exception for passing `error` together with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
@@ -237,22 +242,26 @@ def geometric_options(
     Raises ValueError if one of the arguments in `excluded` is given.
     """
     target = parse_error(error, excluded)
-    most, names = as_int("max_steps", max_steps, 0), parse_want(want)
+    most, names = as_int("max_steps", max_steps, 0), parse_requested_quantities(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
 
 
-def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
+def solve_with_step_search(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+) -> Path:
     """Solve a single scene with method='geometric', and return its path."""
-    path = report_end(_find_whole_path(scene, options, times, progress), progress)
+    path = report_end(_solve_all_states_with_search(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
-def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
+def _solve_all_states_with_search(
+    scene: Scene, options: SolveOptions, times: Array, progress: Listener
+) -> Path:
     """Solve a single scene with method='geometric', and return a path with complete states."""
     if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
-        return path_or_raise(scene, still, record_states(scene, still, times))
+        return build_path_or_raise(scene, still, record_states(scene, still, times))
     assert options.error is not None
     check_horizon(scene, float(times[-1]), None)
     return search_path(scene, times, options.error, options.max_steps, progress)
@@ -272,12 +281,12 @@ def search_path(
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.error_not_met("the rounding of the scene alone exceeds it")
+        raise search.make_unmet_error_exception("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
         if taken > search.budget:
-            raise search.error_not_met(
+            raise search.make_unmet_error_exception(
                 f"the search is limited to {search.budget} steps, which did not suffice"
             )
         run = search.run_steps(steps)
@@ -290,7 +299,9 @@ def search_path(
             min(least, error),
             2 * steps if stalled else search.refine_step_count(steps, error),
         )
-    raise search.error_not_met(f"rounding errors reach {least:.1e} rad, and finer steps add more")
+    raise search.make_unmet_error_exception(
+        f"rounding errors reach {least:.1e} rad, and finer steps add more"
+    )
 
 
 def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
@@ -316,7 +327,7 @@ def _is_drift_exact(scene: Scene) -> bool:
     return body.is_symmetric and (not any(body.rotor) or body.kind != "general")
 
 
-def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
+def _compute_rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     """Return the rate r of the top [T^-1], and the weight w of a method's error [T^-1]."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
@@ -337,7 +348,7 @@ def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
 _UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step meets the error
 
 
-def run_search(
+def solve_slice_with_search(
     buffers: EnsembleBuffers,
     options: EnsembleOptions,
     tops: Ensemble,
@@ -353,7 +364,7 @@ def run_search(
             break
         times = t[begin + i] if t.ndim == 2 else t
         try:
-            _search_one_top(part, i, options, member(tops, begin + i), times, work)
+            _solve_one_top(part, i, options, member(tops, begin + i), times, work)
         except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
@@ -364,7 +375,7 @@ def run_search(
     return part
 
 
-def _search_one_top(
+def _solve_one_top(
     part: EnsembleBuffers,
     i: int,
     options: EnsembleOptions,
@@ -375,7 +386,7 @@ def _search_one_top(
     """Solve a single top, and write its path or an error message to row i of `part`."""
     path, status = None, 0
     try:
-        path = _find_whole_path(scene, options.solve, times, work)
+        path = _solve_all_states_with_search(scene, options.solve, times, work)
     except Error as error:
         path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
     except ValueError as error:
@@ -423,4 +434,4 @@ def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.int
     return at[:reached], reached
 
 
-STEP_SEARCH = SliceRunner(run_search)
+STEP_SEARCH = SliceRunner(solve_slice_with_search)

@@ -8,7 +8,7 @@ from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
-from .._options.times import CHUNK_SIZE, start_chunks
+from .._options.times import CHUNK_SIZE, parse_direction_and_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._utils.quantity_attributes import MethodName, QuantityName
@@ -96,5 +96,5 @@ def stream(
     if threads is not None or executor is not None:
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, chunks = start_chunks(t, options.step, options.every, most or CHUNK_SIZE)
+    back, chunks = parse_direction_and_chunks(t, options.step, options.every, most or CHUNK_SIZE)
     return Run(scene, options, back)._iterate_paths(chunks, parse_progress(progress))

@@ -44,7 +44,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 
 @dataclass(frozen=True)
-class _ColumnGroup:
+class _TangentColumnGroup:
     """Columns that are computed together because they belong to the same scene parameter.
 
     size      the change of the parameter that changes the motion by about itself
@@ -72,8 +72,8 @@ def compute_torus_tangents(
     """
     blocks, rest = [], 0.0
     for name in names:
-        for group in _list_groups(scene, name):
-            block, miss = _differentiate(scene, states, group, compute_states)
+        for group in _list_column_groups(scene, name):
+            block, miss = _differentiate_states(scene, states, group, compute_states)
             blocks.append(block)
             rest = max(rest, miss)
         if name == "start" and scene.body.kind == "goryachev_chaplygin":
@@ -81,7 +81,7 @@ def compute_torus_tangents(
         if name == "mass":  # the motion depends on the product of mass and gravity
             blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
     high = np.concatenate(blocks, axis=2)
-    return TangentData.from_flat(high, np.zeros_like(high), rest, names)
+    return TangentData.from_flat_arrays(high, np.zeros_like(high), rest, names)
 
 
 def check_tangent_names(names: tuple[str, ...]) -> None:
@@ -101,27 +101,27 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 def check_tangent_times(scene: Scene, times: Array) -> None:
     """Raise ValueError for times too large for doubles to resolve the motions of neighbours."""
     end = float(np.abs(times).max(initial=0.0))
-    if scene._rate_estimate * end > _LATEST:
+    if scene._rotation_rate * end > _LATEST:
         raise ValueError(
-            f"t must be at most {_LATEST / scene._rate_estimate:.3g} in size for the tangents of a "
+            f"t must be at most {_LATEST / scene._rotation_rate:.3g} in size for the tangents of a "
             f"closed form, not {end!r}: they grow, and so do rounding errors of the start"
         )
 
 
-def _list_groups(scene: Scene, name: str) -> list[_ColumnGroup]:
+def _list_column_groups(scene: Scene, name: str) -> list[_TangentColumnGroup]:
     """Return the column groups for the parameter `name`."""
     body = scene.body
     if name != "start":
         arm = body.mass * math.hypot(*body.com)
-        size = scene._rate_estimate**2 * max(body.moments) / arm
+        size = scene._rotation_rate**2 * max(body.moments) / arm
         # All neighbours have gravity of the same sign, because a free body is of another kind.
         largest = 0.125 * abs(scene.gravity)
-        return [_ColumnGroup(size, largest, 1, _change_gravity, _gravity_change)]
+        return [_TangentColumnGroup(size, largest, 1, _change_gravity, _subtract_gravities)]
     columns = 2 if body.kind == "goryachev_chaplygin" else 3
-    size = scene._rate_estimate * max(body.moments)
+    size = scene._rotation_rate * max(body.moments)
     return [
-        _ColumnGroup(1.0, math.inf, 3, _change_attitude, _attitude_change),
-        _ColumnGroup(size, math.inf, columns, _change_momentum, _momentum_change),
+        _TangentColumnGroup(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
+        _TangentColumnGroup(size, math.inf, columns, _change_momentum, _subtract_momenta),
     ]
 
 
@@ -132,8 +132,10 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
     return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
 
 
-def _attitude_change(one: Scene, other: Scene) -> Array:
-    return _rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(3)
+def _subtract_attitudes(one: Scene, other: Scene) -> Array:
+    return _compute_rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(
+        3
+    )
 
 
 def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
@@ -142,7 +144,7 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(momentum=momentum)
 
 
-def _momentum_change(one: Scene, other: Scene) -> Array:
+def _subtract_momenta(one: Scene, other: Scene) -> Array:
     """Return the difference in momentum between the scenes `one` and `other`."""
     return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
@@ -152,12 +154,12 @@ def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
     return scene.replace(gravity=scene.gravity + size)
 
 
-def _gravity_change(one: Scene, other: Scene) -> Array:
+def _subtract_gravities(one: Scene, other: Scene) -> Array:
     """Return the difference in gravity between the scenes `one` and `other`."""
     return np.array([other.gravity - one.gravity])
 
 
-def _rotation_between(one: Array, other: Array) -> Array:
+def _compute_rotation_between(one: Array, other: Array) -> Array:
     """Return twice the vector part of one* other, as rows: a small rotation in the body frame.
 
     The result does not depend on the signs of the quaternions. To first order, the result equals
@@ -170,11 +172,11 @@ def _rotation_between(one: Array, other: Array) -> Array:
     return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
 
 
-def _differentiate(
-    scene: Scene, states: Array, group: _ColumnGroup, compute_states: ComputeStates
+def _differentiate_states(
+    scene: Scene, states: Array, group: _TangentColumnGroup, compute_states: ComputeStates
 ) -> tuple[Array, float]:
     """Return the tangents of a column group, together with their largest relative error."""
-    turned = np.maximum(1.0, scene._rate_estimate * np.abs(states[:, 0]))
+    turned = np.maximum(1.0, scene._rotation_rate * np.abs(states[:, 0]))
     ranges = np.ceil(np.log(turned) / math.log(_RANGE))
     result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
     for number in np.unique(ranges):
@@ -188,7 +190,11 @@ def _differentiate(
 
 
 def _differentiate_with_best_steps(
-    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
+    scene: Scene,
+    states: Array,
+    group: _TangentColumnGroup,
+    step: float,
+    compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
     """Return the tangents for the best of several difference steps, and their errors.
 
@@ -222,7 +228,11 @@ def _differentiate_with_best_steps(
 
 
 def _central_difference(
-    scene: Scene, states: Array, group: _ColumnGroup, step: float, compute_states: ComputeStates
+    scene: Scene,
+    states: Array,
+    group: _TangentColumnGroup,
+    step: float,
+    compute_states: ComputeStates,
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
@@ -239,7 +249,7 @@ def _central_difference(
             back, ahead = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
             distances[:, j] = group.subtract(back, ahead)[: group.columns]
             ends = compute_states(back, times), compute_states(ahead, times)
-            turn = [_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
+            turn = [_compute_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
             changes[:, :3, j] = turn[1] - turn[0]
             changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
         quotients.append(changes @ np.linalg.inv(distances))
@@ -248,7 +258,7 @@ def _central_difference(
         for weights in (_ORDER_8, _ORDER_6)
     )
     units = (
-        np.repeat((1.0, scene._rate_estimate * max(scene.body.moments)), 3)[:, None] / group.size
+        np.repeat((1.0, scene._rotation_rate * max(scene.body.moments)), 3)[:, None] / group.size
     )
     sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
     return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)

@@ -34,9 +34,9 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
     `about` is a description to be stored in the metadata.
     """
-    table = as_table(part)
+    table = convert_to_arrow_table(part)
     out = pa.BufferOutputStream()
-    doubles = [name for name, kind in list_leaves(table) if kind == pa.float64()]
+    doubles = [name for name, kind in list_column_types(table) if kind == pa.float64()]
     with parquet.ParquetWriter(
         out,
         table.schema,
@@ -51,7 +51,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     return bytearray(out.getvalue())
 
 
-def list_leaves(table: Table) -> list[tuple[str, Any]]:
+def list_column_types(table: Table) -> list[tuple[str, Any]]:
     """Return (Parquet path, value type) for each column of `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
@@ -61,7 +61,7 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
     ]
 
 
-def as_table(part: PartTable) -> Table:
+def convert_to_arrow_table(part: PartTable) -> Table:
     """Return the rows of a part as a pyarrow.Table.
 
     The metadata of each field contain the column's `units`. The entry `per` states whether the
@@ -94,18 +94,18 @@ def _to_arrow_list(offsets: Column, values: Column) -> Any:
     return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
 
 
-def read_about(data: bytes) -> dict[str, Any]:
+def read_part_description(data: bytes) -> dict[str, Any]:
     """Return the description stored in the bytes of a part.
 
     Raises ValueError if the bytes are not those of a part of a sweep.
     """
     try:
-        return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
+        return _parse_part_description(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"it is not a part of a sweep: {error}") from None
 
 
-def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
+def _parse_part_description(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     """Return the description stored in the metadata of a file.
 
     Raises ValueError if the metadata contain no description.
@@ -131,7 +131,7 @@ def decode_part(
     wanted = None if names is None else list(names)
     try:
         with parquet.ParquetFile(file, page_checksum_verification=True) as source:
-            about = _parse_about(source.metadata.metadata)
+            about = _parse_part_description(source.metadata.metadata)
             if any(about.get(name) != value for name, value in expected.items()):
                 raise ValueError(f"it is not part {expected['part']} of this plan")
             table = source.schema_arrow.empty_table() if wanted == [] else source.read(wanted)

@@ -48,10 +48,10 @@ def read_plan(file: Path) -> SweepPlan:
 
     Raises TypeError or ValueError if the plan is invalid; the message states the file name.
     """
-    return read(file, lambda text: _plan_from_tables(parse_tables(text), file.parent))
+    return read(file, lambda text: _parse_plan_tables(parse_tables(text), file.parent))
 
 
-def _plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+def _parse_plan_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
     for name in tables:
         if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
             raise ValueError(

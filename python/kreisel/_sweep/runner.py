@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 from .._options.solve_options import Progress
-from .._results.executor import is_local, run_jobs
+from .._results.executor import has_local_workers, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
@@ -37,7 +37,7 @@ def compute_and_store_part(store: SweepStore, i: int, progress: Progress | None 
     return len(tops)
 
 
-class PartsLost(RuntimeError):
+class PartsLostError(RuntimeError):
     """Error raised if an executor fails to return some parts."""
 
 
@@ -51,7 +51,7 @@ class PartRunner:
         self.done, self._reported = 0, 0.0
         self._stopped = threading.Event()
 
-    def run_local(self, threads: int) -> None:
+    def compute_parts_locally(self, threads: int) -> None:
         """Compute the parts in this process.
 
         Each part is written to its file while the next part is computed.
@@ -60,7 +60,7 @@ class PartRunner:
             written: Future[None] | None = None
             for i in tuple(self.left):
                 tops = self.store.plan.list_tops_of_part(i)
-                part = compute_part(self.store, tops, threads, self._part_progress(len(tops)))
+                part = compute_part(self.store, tops, threads, self._make_part_progress(len(tops)))
                 if written is not None:
                     written.result()
                 written = writer.submit(self.store.write_part, i, part)
@@ -69,7 +69,7 @@ class PartRunner:
             written.result()
             self._report_progress(self.done, last=True)
 
-    def _part_progress(self, tops: int) -> Progress | None:
+    def _make_part_progress(self, tops: int) -> Progress | None:
         """Return the progress callback for a part with `tops` tops, or None if none is needed."""
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
@@ -80,10 +80,10 @@ class PartRunner:
             self._reported = now
             self.progress(tops / self.tops)
 
-    def run_on(self, executor: Executor) -> None:
+    def compute_parts_on_executor(self, executor: Executor) -> None:
         """Compute the parts on the workers of an executor.
 
-        Parts that the executor loses are resubmitted once. Raises PartsLost if the executor loses
+        Parts that the executor loses are resubmitted once. Raises PartsLostError if the executor loses
         parts a second time.
         """
         for _ in range(2):
@@ -91,13 +91,13 @@ class PartRunner:
             if not self.left:
                 self._report_progress(self.done, last=True)
                 return
-        raise PartsLost(
+        raise PartsLostError(
             f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
             "all others are stored, and repeating the call computes the missing parts"
         )
 
     def _submit_all(self, executor: Executor) -> None:
-        check = (self._check_stopped,) if is_local(executor) else ()
+        check = (self._raise_if_stopped,) if has_local_workers(executor) else ()
         jobs = ((i, (compute_and_store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
             run_jobs(
@@ -105,11 +105,11 @@ class PartRunner:
                 jobs,
                 _IN_FLIGHT,
                 self._count_finished,
-                self._report_done,
+                self._report_finished_tops,
                 self._stopped.set,
             )
         except BrokenExecutor as error:
-            raise PartsLost(
+            raise PartsLostError(
                 f"the executor failed with {len(self.left)} parts left, the first of them part "
                 f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
                 "computes the others"
@@ -117,10 +117,10 @@ class PartRunner:
         finally:
             self._stopped.clear()
 
-    def _report_done(self) -> None:
+    def _report_finished_tops(self) -> None:
         self._report_progress(self.done)
 
-    def _check_stopped(self, _: float) -> None:
+    def _raise_if_stopped(self, _: float) -> None:
         """Raise KeyboardInterrupt if the run has been stopped; called by the threads of a part."""
         if self._stopped.is_set():
             raise KeyboardInterrupt

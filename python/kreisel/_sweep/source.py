@@ -104,7 +104,7 @@ class Source:
         shape = sum(map(shapes.__getitem__, axes), ())
         if math.prod(shape) >= 2**53:
             raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-        spread = {name: _reshape_along(one, axes) for name, one in parameters.items()}
+        spread = {name: _reshape_along_axis(one, axes) for name, one in parameters.items()}
         varied = {name: spread[name] for name in axes}
         return cls(scene, shape, axes, spread, varied, flags)
 
@@ -135,7 +135,9 @@ class Source:
         for name, one in ranges.items():
             _check_parameter_bounds(name, one)
         fixed = {
-            n: _reshape_along(one, ("top",)) for n, one in parameters.items() if n not in ranges
+            n: _reshape_along_axis(one, ("top",))
+            for n, one in parameters.items()
+            if n not in ranges
         }
         return cls(scene, (count,), ("top",), fixed, {}, flags, RandomSpec(key, ranges, {}))
 
@@ -209,8 +211,10 @@ class Source:
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
-        scene = tops._member((0,) * tops.ndim)
-        arguments, varied = (_drop_broadcasts(some, tops.ndim) for some in (columns, tops._varied))
+        scene = tops._select_member((0,) * tops.ndim)
+        arguments, varied = (
+            _collapse_broadcasts(some, tops.ndim) for some in (columns, tops._varied)
+        )
         return cls(scene, tops.shape, tops.axes, arguments, varied)
 
     @cached_property
@@ -245,7 +249,7 @@ class Source:
         varied = [*self._varied, *random.ranges, *random.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
-    def _validation_indices(self) -> Places:
+    def _choose_validation_tops(self) -> Places:
         """Return the indices of the tops that are used to validate a plan.
 
         These tops are evenly spread over the source, and include the first and the last top. For a
@@ -292,7 +296,7 @@ class Source:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _select_values(self._parameters, self.shape, at)
+        arguments: dict[str, Any] = _select_parameter_values(self._parameters, self.shape, at)
         if random is not None:
             arguments |= _draw_uniform(random, first, at.size)
         if "unphysical" in arguments:
@@ -302,12 +306,14 @@ class Source:
         arguments |= self._flags
         return vary(Ensemble, self.scene, arguments)
 
-    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
+    def _list_coordinates(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
         """Return the values of the varying parameters for the tops begin..end.
 
         `tops` is an ensemble that consists of these tops.
         """
-        rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
+        rows = _select_parameter_values(
+            self._varied, self.shape, np.arange(begin, end, dtype=np.int64)
+        )
         if self._random is not None:
             rows |= _draw_uniform(self._random, begin, end - begin)
             for name in self._random.widths:
@@ -350,7 +356,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
         )
 
 
-def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
+def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter so that they vary only along the axis of the same name.
 
     A parameter without an axis of its own has a single value, and has length 1 along all axes.
@@ -361,7 +367,9 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     return one._replace(values=one.values.reshape(*lead, *one.value))
 
 
-def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
+def _collapse_broadcasts(
+    columns: Mapping[str, npt.NDArray[Any]], dims: int
+) -> dict[str, Parameter]:
     """Return the columns of an ensemble with `dims` dimensions; repeated values are stored once."""
     return {
         name: Parameter(
@@ -371,7 +379,9 @@ def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict
     }
 
 
-def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Parameter]:
+def _select_parameter_values(
+    arguments: Parameters, shape: Shape, at: Places
+) -> dict[str, Parameter]:
     """Return the values of `arguments` for the tops at the indices `at` of a source of `shape`."""
     where = np.unravel_index(at, shape) if shape else ()
     first = np.zeros_like(at)

@@ -28,7 +28,7 @@ from .._utils.atomic_io import atomic_write, check_writable, sync_folder
 from .._utils.validation import Array
 from .checksum import add_checksum, has_checksum
 from .part_table import PartTable
-from .sweep_plan import SweepPlan, content_name, hash_plan, plan_from_json
+from .sweep_plan import SweepPlan, hash_plan, make_array_file_name, parse_plan_json
 
 PLAN = "plan.json"
 REPAIR = (
@@ -93,7 +93,7 @@ class SweepStore:
         if not has_checksum(data):
             return DAMAGED
         try:
-            about = self._format.read_about(data)
+            about = self._format.read_part_description(data)
         except ValueError:
             return FOREIGN
         if about.get("plan") != self.plan.hash:
@@ -102,13 +102,13 @@ class SweepStore:
             return DAMAGED
         return DONE if about.get("version") == version else OLD
 
-    def foreign_error(self, i: int) -> FileExistsError:
+    def make_foreign_file_error(self, i: int) -> FileExistsError:
         """Return the exception for a foreign file or folder that has the name of part i."""
         file = self.part_file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:
-            about = self._format.read_about(file.read_bytes())
+            about = self._format.read_part_description(file.read_bytes())
         except ValueError:
             about = {}
         return FileExistsError(
@@ -117,7 +117,7 @@ class SweepStore:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _open_cached, (str(self.folder), self.plan.hash)
+        return _open_cached_store, (str(self.folder), self.plan.hash)
 
 
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
@@ -129,7 +129,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
-        plan = plan_from_json(content["plan"], lambda name: _read_parameter_array(where / name))
+        plan = parse_plan_json(content["plan"], lambda name: _read_parameter_array(where / name))
     except ValueError as error:
         raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -138,7 +138,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
 
 
 @lru_cache(maxsize=4)
-def _open_cached(folder: str, expected: str) -> SweepStore:
+def _open_cached_store(folder: str, expected: str) -> SweepStore:
     """Open the folder of a sweep once, and share it between all tasks of a worker process."""
     return open_store(folder, expected)
 
@@ -172,7 +172,7 @@ def _read_parameter_array(file: Path) -> Array:
     Raises ValueError if the hash of the array does not match the hash in the file name.
     """
     values: Array = np.load(file, allow_pickle=False)
-    if content_name(values) != file.name:
+    if make_array_file_name(values) != file.name:
         raise ValueError(f"{file} is damaged: its numbers do not match its name")
     return values
 
@@ -192,7 +192,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
         return store
     content = _read_plan_file(where)
     if content["hash"] != plan.hash:
-        raise ValueError(_plan_mismatch(where, content, plan))
+        raise ValueError(_describe_plan_mismatch(where, content, plan))
     check_writable(where / PLAN)
     _write_parameter_arrays(where, plan)
     return store
@@ -227,7 +227,7 @@ def _write_new_plan(where: Path, plan: SweepPlan) -> bool:
 def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to a separate file, if it is missing."""
     for values in plan.arrays:
-        file = where / content_name(values)
+        file = where / make_array_file_name(values)
         if not file.exists():
             out = io.BytesIO()
             np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
@@ -258,7 +258,7 @@ def _write_exclusive(file: Path, data: bytes) -> bool:
     return True
 
 
-def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
+def _describe_plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
     """Return a message that describes how the plan in a folder differs from `plan`."""
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]

@@ -124,17 +124,19 @@ def sweep(
     installed. While running, raises OSError if a file cannot be written, RuntimeError if an
     executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
-    arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
+    arguments = _select_task_arguments(
+        locals()
+    )  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)
     callback = parse_progress(progress)
     count = parse_threads(threads, executor)
     chosen = _parse_parts(parts, plan.parts)
     store = create_or_open(folder, plan)
-    runner = PartRunner(store, _list_incomplete(store, chosen), callback)
+    runner = PartRunner(store, _list_incomplete_parts(store, chosen), callback)
     return _run_parts(runner, chosen, count, executor)
 
 
-def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+def _select_task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return those arguments in `given` that belong to a task and differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
@@ -156,9 +158,9 @@ def _run_parts(
     store = runner.store
     try:
         if executor is None:
-            runner.run_local(threads)
+            runner.compute_parts_locally(threads)
         else:
-            runner.run_on(executor)
+            runner.compute_parts_on_executor(executor)
     except KeyboardInterrupt:
         result = SweepResult(store)
         done = sum(i in chosen for i in result.present)
@@ -194,7 +196,7 @@ def _parse_parts(parts: object, count: int) -> range:
     return parts
 
 
-def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
+def _list_incomplete_parts(store: SweepStore, chosen: range) -> list[int]:
     """Return the parts in `chosen` that must be computed, and warn about parts to be replaced.
 
     Raises FileExistsError if a folder or a part of a different plan has the name of a part.
@@ -204,7 +206,7 @@ def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
     for i in chosen:
         status = store.verify_part(i)
         if status == FOREIGN:
-            raise store.foreign_error(i)
+            raise store.make_foreign_file_error(i)
         if status != DONE:
             left.append(i)
         if status in replaced:

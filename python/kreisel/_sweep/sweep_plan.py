@@ -23,7 +23,7 @@ from .._options.solve_options import Progress
 from .._options.times import total_memory
 from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
-from .task import SweepTask, TaskResult, task_from_json
+from .task import SweepTask, TaskResult, parse_task_json
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
@@ -106,7 +106,7 @@ class SweepPlan:
 
         All instruction sets with fused multiply-add give bitwise identical results.
         """
-        return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
+        return "" if self.options.has_step_search else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
         """Return an ensemble of the tops with the indices `tops`.
@@ -129,7 +129,7 @@ class SweepPlan:
             return self.task.compute_tops(some, self.options, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._first_error(self.task.options_and_times, at, error) from None
+            raise self.source._first_error(self.task.parse_options_and_times, at, error) from None
 
 
 def hash_plan(plan: Mapping[str, Any]) -> str:
@@ -142,7 +142,7 @@ def dump_canonical(plan: Mapping[str, Any]) -> str:
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def content_name(values: Array) -> str:
+def make_array_file_name(values: Array) -> str:
     """Return the file name of an array, which is derived from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
@@ -158,7 +158,9 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
         [
             one.name,
             list(one.value),
-            content_name(one.values) if one.values.size > _MAX_INLINE else one.values.tolist(),
+            make_array_file_name(one.values)
+            if one.values.size > _MAX_INLINE
+            else one.values.tolist(),
         ]
         for one in parameters
     ]
@@ -182,12 +184,12 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
     not fit in memory.
     """
-    sample = source._validation_indices()
+    sample = source._choose_validation_tops()
     try:
         ensemble = source._build_tops(sample)
-        options, times = task.options_and_times(ensemble)
+        options, times = task.parse_options_and_times(ensemble)
     except (TypeError, ValueError) as error:
-        raise source._first_error(task.options_and_times, sample, error) from None
+        raise source._first_error(task.parse_options_and_times, sample, error) from None
     states = times.shape[-1]
     results = 8 * len(options.reductions) or states * (8 + options.state_bytes)
     row = _ROW_BYTES + results
@@ -206,14 +208,14 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     )
 
 
-def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
+def parse_plan_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """Return the plan stored as a JSON object.
 
     `load` returns the array stored under a given file name, for values that are not in the JSON.
     Raises ValueError if the object is not a plan, or if it is a plan from a different version.
     """
     try:
-        source, task = _source_from_json(plan, load), task_from_json(plan)
+        source, task = _parse_source_json(plan, load), parse_task_json(plan)
         result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is not a plan of a sweep: {error}") from None
@@ -222,7 +224,7 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
     return result
 
 
-def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+def _parse_source_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
     def parse_parameters(rows: list[list[Any]]) -> dict[str, Parameter]:
         parameters = {}
         for name, value, numbers in rows:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._results.ensemble_buffers import RawEvents
+from .._results.ensemble_buffers import EventColumns
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
 from .._utils.errors import refuse_assignment, unknown_name_message
@@ -97,7 +97,7 @@ class SweepResult:
     @property
     def missing(self) -> list[int]:
         """The numbers of the parts whose files do not exist."""
-        return [i for gap in list_gaps(self.present, self.parts) for i in gap]
+        return [i for gap in list_missing_ranges(self.present, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -146,7 +146,7 @@ class SweepResult:
         """
         left = self.parts - len(self.present)
         if left and not self._partial:
-            missing = chain.from_iterable(list_gaps(self.present, self.parts))
+            missing = chain.from_iterable(list_missing_ranges(self.present, self.parts))
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
@@ -178,7 +178,7 @@ class SweepResult:
         for i in self._found:
             status = self._store.verify_part(i)
             if status == FOREIGN:
-                raise self._store.foreign_error(i)
+                raise self._store.make_foreign_file_error(i)
             if status == DAMAGED:
                 raise ValueError(f"{self._store.part_file(i)} is damaged; {REPAIR}")
         return self
@@ -192,7 +192,7 @@ class SweepResult:
         same arguments.
         """
         parts, found = self._verify_existing_parts()
-        missing = [i for gap in list_gaps(found, self.parts) for i in gap]
+        missing = [i for gap in list_missing_ranges(found, self.parts) for i in gap]
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_existing_parts(self) -> tuple[dict[str, list[int]], list[int]]:
@@ -221,8 +221,8 @@ class SweepResult:
         if "event_which" not in self._schema.ragged:
             return None
         parts = self._read_parts(["top", COUNT, *self._schema.ragged])
-        columns = zip(*[_raw_events(part) for part in parts], strict=True)
-        return ensemble_events(RawEvents(*map(np.concatenate, columns)), self.shape)
+        columns = zip(*[_extract_raw_events(part) for part in parts], strict=True)
+        return ensemble_events(EventColumns(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
@@ -233,8 +233,8 @@ class SweepResult:
         with optional_dependency(PARQUET):
             import pyarrow as pa
 
-            from .parquet import as_table
-        return pa.concat_tables([as_table(part) for part in self._read_parts()])
+            from .parquet import convert_to_arrow_table
+        return pa.concat_tables([convert_to_arrow_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, or one row per state of each top.
@@ -300,19 +300,19 @@ class SweepResult:
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
-def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
+def list_missing_ranges(numbers: list[int], end: int) -> Iterator[range]:
     """Yield the ranges of integers below `end` that are not in the ascending list `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
 
 
-def _raw_events(part: PartTable) -> RawEvents:
+def _extract_raw_events(part: PartTable) -> EventColumns:
     """Return the events of a part, together with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
     which, direction = part.ragged["event_which"], part.ragged["event_direction"]
-    return RawEvents(top, states, np.zeros_like(states), which, direction)
+    return EventColumns(top, states, np.zeros_like(states), which, direction)
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:

@@ -62,7 +62,7 @@ class Archive:
 
         try:
             with ZipFile(file) as archive:
-                self._members = _read_members(archive, size)
+                self._members = _read_archive_members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
@@ -102,7 +102,7 @@ class Archive:
         return rest
 
 
-def _read_members(archive: ZipFile, size: int) -> dict[str, bytes]:
+def _read_archive_members(archive: ZipFile, size: int) -> dict[str, bytes]:
     """Return the bytes of each member of a zip file of `size` bytes.
 
     Raises ValueError if a member is compressed, or if the members are larger than the file.
