@@ -56,18 +56,18 @@ extern "C" {
                                   "resolve")                                                      \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
-    X(ERR_CHECKPOINT,  INPUT,     "not a checkpoint of such a top: damaged, or of another "       \
-                                  "version, machine, scene or method")                            \
+    X(ERR_CHECKPOINT,  INPUT,     "the checkpoint is damaged, or belongs to another version, "    \
+                                  "machine, scene or method")                                     \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
-    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its start")      \
+    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large for its state")      \
     X(ERR_NOT_FINITE,  FAILURE,   "the state is no longer finite")                                \
     X(ERR_EVENT,       FAILURE,   "the event did not occur within the time limit")                \
     X(ERR_TANGENT,     FAILURE,   "a tangent exceeded the range of doubles, or grew too fast for " \
                                   "its series")                                                   \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")                                                  \
-    X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, which kr_method_find returns " \
+    X(ERR_NO_METHOD,   INPUT,     "the method is NULL, which is what kr_method_find returns "     \
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a fixed-step method needs one")              \
     X(ERR_NOT_BUILT,   INPUT,     "this build does not include the method, more than 16 digits, " \

@@ -65,7 +65,7 @@ static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_bobenko_suris4 = {
     .name = "bobenko_suris4",
-    .text = "the Bobenko-Suris map of order 4: kick and rates corrected, still integrable",
+    .text = "Bobenko-Suris map with kick and rates corrected to order 4, still integrable",
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "after Bobenko and Suris 1999",
     .order = 4,

@@ -26,7 +26,7 @@ static void extrap_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_extrap = {
     .name = "extrap",
-    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control on the twelve "
+    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control for the twelve "
             "rest-frame equations",
     .conserves = "nothing",
     .reference = "Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett, Wanner, II.9",

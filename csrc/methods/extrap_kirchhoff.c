@@ -70,7 +70,7 @@ static void kirchhoff_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_extrap_kirchhoff = {
     .name = "extrap_kirchhoff",
-    .text = "extrap on Kirchhoff's equations in the body frame",
+    .text = "extrap for Kirchhoff's equations in the body frame",
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,

@@ -54,7 +54,7 @@ static void hirota_kimura_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_hirota_kimura = {
     .name = "hirota_kimura",
-    .text = "integrable discretization of free tops; with gravity it would lose |P| = 1",
+    .text = "integrable discretization of free tops; with gravity it would violate |P| = 1",
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,

@@ -93,7 +93,7 @@ static void midpoint_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_implicit_midpoint = {
     .name = "implicit_midpoint",
-    .text = "the midpoint rule on attitude and momentum, by Newton's iteration",
+    .text = "midpoint rule for attitude and momentum, solved by Newton's method",
     .conserves = "<m,p>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,

@@ -11,7 +11,7 @@ static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)
 
 const kr_method kr_method_kahan_li8 = {
     .name = "kahan_li8",
-    .text = "17 times kick, free drift, kick",
+    .text = "composition of 17 steps of kick, free drift, kick",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 8,

@@ -48,7 +48,7 @@ static void rk4_read(const kr_motion *motion, kr_state *s)
 
 const kr_method kr_method_rk4 = {
     .name = "rk4",
-    .text = "classical Runge-Kutta on the twelve rest-frame equations",
+    .text = "classical Runge-Kutta method for the twelve rest-frame equations",
     .conserves = "nothing",
     .reference = "Kutta 1901; thesis 3.9",
     .order = 4,

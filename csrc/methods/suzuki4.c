@@ -11,7 +11,7 @@ static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)
 
 const kr_method kr_method_suzuki4 = {
     .name = "suzuki4",
-    .text = "5 times kick, free drift, kick",
+    .text = "composition of 5 steps of kick, free drift, kick",
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Suzuki 1990",
     .order = 4,

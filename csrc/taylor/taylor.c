@@ -346,8 +346,8 @@ static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 
 const kr_method kr_method_taylor = {
     .name = "taylor",
-    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits "
-            "by double-double",
+    .text = "Taylor series with dense output, of order 12 to 28 depending on the tolerance; 20 or "
+            "30 digits with double-double numbers",
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,

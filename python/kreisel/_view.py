@@ -219,7 +219,7 @@ def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
         raise ValueError(f"the viewer shows one to three methods side by side, not {chosen!r}")
     for name in chosen:
         if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
-            raise ValueError(f"the viewer has no {name!r}: solve with it, and view the path")
+            raise ValueError(f"the viewer has no {name!r}: view a path that this method computed")
     return chosen
 
 
@@ -232,7 +232,7 @@ def _parse_step(step: float) -> float:
     length = as_positive("step", step)
     if not _is_whole_millionths(length):
         raise ValueError(
-            f"the viewer's steps are whole millionths, at most 2147: step = {step!r} is not"
+            f"the viewer needs a step of whole millionths that is at most 2147, not step = {step!r}"
         )
     return round(length / _TICK) / 1e6
 

@@ -20,14 +20,14 @@ about = {
     "looks chaotic",
     "goryachev_chaplygin": "integrable only without vertical momentum: path.goryachev_chaplygin "
     "is constant",
-    "asymmetric": "chaotic: a rounding of the start grows to 6e-9 rad by t = 100",
+    "asymmetric": "chaotic: a rounding error of the start grows to 6e-9 rad by t = 100",
     "asymmetric_regular": "asymmetric but regular, because it spins fast",
-    "fast": "fast and upright, with quick nutation of small amplitude; hard for methods of fixed "
-    "step",
+    "fast": "fast and upright, with quick nutation of small amplitude; difficult for fixed-step "
+    "methods",
     "strong_gravity": "slow under strong gravity: bobenko_suris fails at steps that suffice for "
     "other scenes",
     "sleeping": "fast enough to stand in spite of a small push: m3^2 > 4 M g a I1",
-    "steady_precession": "momentum and tilt matched: the apex moves on a horizontal circle, "
+    "steady_precession": "momentum and tilt match: the apex moves on a horizontal circle, "
     "without nutation",
     "cusps": "released with spin alone: the apex falls, and returns to rest in cusps at its "
     "initial height",

@@ -200,7 +200,7 @@ OTHERS = {
         kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0
     ),
     "steady=True cannot be combined with": lambda: TOP.vary(spin=1, precession=1, steady=True),
-    "steady=True goes with spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
+    "steady=True requires spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
     "fast chooses between two": lambda: TOP.vary(spin=[1, 2], fast=True),
     "momentum and spin both describe the start": lambda: TOP.vary(momentum=EACH, spin=1),
     "give either body or mass": lambda: TOP.vary(body=BODY, mass=1),

@@ -202,7 +202,7 @@ def test_iteration_yields_single_states():
 
 
 def test_a_path_cannot_be_converted_to_an_array():
-    with pytest.raises(TypeError, match=r"use one of its arrays, as path\.q"):
+    with pytest.raises(TypeError, match=r"use an array such as path\.q"):
         np.asarray(PATHS["states"]())
 
 

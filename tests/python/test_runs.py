@@ -195,7 +195,7 @@ def test_damaged_checkpoints_are_refused(tmp_path):
         whole[:12],
         whole[21:].replace(b'"gravity', b'"gravity').replace(b"gravity = 1.0", b"gravity = 2.0"),
     )
-    with pytest.raises(ValueError, match="not a checkpoint of such a top"):
+    with pytest.raises(ValueError, match="the checkpoint is damaged"):
         kr.resume(magic + b"%08x\n" % zlib.crc32(body) + body)
 
 

@@ -50,12 +50,12 @@ def test_the_conclusion_on_the_atlas_counts_verdicts():
         ]
     )
     assert (
-        "One of 3 cells is wrong in silence: b on a case" in said
+        "One of 3 cells is silently wrong: b on a case" in said
         and "33 % are right: " in said
         and "0 % are as asked: " in said
         and "33 % are degraded: " in said
     )
-    assert "None of 1 cells is wrong in silence." in conclude([cell("a", "right", shown_by="")])
+    assert "None of 1 cells is silently wrong." in conclude([cell("a", "right", shown_by="")])
     assert conclude([]) == ""
 
 

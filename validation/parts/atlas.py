@@ -105,7 +105,7 @@ def describe_cell(cell):
         # The full message is in the CSV file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
     if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
-        word = "wrong in silence" if verdict == verdicts.SILENT else verdict
+        word = "silently wrong" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
         return word, f"error {off} rad; the finer run differs by {apart} rad"
     return None
@@ -205,9 +205,9 @@ def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
     return (
-        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}. "
-        "A cell is one method on one top; wrong in silence is an error that neither a finer run "
-        "nor the step reveals."
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} silently wrong{which}. "
+        "A cell is one method on one top. It is silently wrong if neither a finer run nor the step "
+        "reveals its error."
     )
 
 
@@ -220,7 +220,7 @@ def describe_verdicts(found):
     return (
         f"{share('right')} are right: no error beyond rounding. {share('as asked')} are as asked: "
         f"an error within the tolerance. {share('degraded')} are degraded: a larger error, but "
-        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: a larger error still. "
+        f"less than {verdicts.LOST:g} rad. {share('lost')} are lost: an even larger error. "
         f"{share('stopped')} stopped early and {share('refused')} did not start, with a message."
     )
 
@@ -228,9 +228,9 @@ def describe_verdicts(found):
 def describe_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
-        f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
-        f"{n['large step']} in the step itself; {n['tolerance']} lie within the tolerance times "
-        f"the number of steps, and {n['rounding']} are accumulated rounding."
+        f"Of the degraded and lost cells, {n['second run']:,} are revealed by a finer run, and "
+        f"{n['large step']} by the step itself; {n['tolerance']} lie within the tolerance times "
+        f"the number of steps, and {n['rounding']} are due to rounding errors."
     )
 
 
@@ -272,7 +272,7 @@ def list_files(atlas, about):
 
 def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
-    yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
+    yield f"atlas: {len(atlas.cells)} cells, silently wrong: {len(silent)}"
     for cell in silent:
         where = f"{cell['method']}: {cell['family']}, {cell['case']}"
         yield f"  {where}: {cell['attitude_error']:.0e} rad"

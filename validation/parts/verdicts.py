@@ -25,7 +25,7 @@ VERDICTS = {
     "lost": "larger error, revealed by one of SIGNS",
     "stopped": "the run ended early with a message",
     "refused": "the run did not start",
-    SILENT: "wrong in silence: no sign reveals the error",
+    SILENT: "silently wrong: no sign reveals the error",
 }
 CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
 MET = (RIGHT, AS_ASKED)
@@ -43,7 +43,7 @@ SIGNS = {
 BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
 ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
 MARKS = {
-    ALARM: "wrong in silence",
+    ALARM: "silently wrong",
     BLOW_UP: "blow-up: the state became infinite, or the energy grew beyond all bounds",
     NOT_CONVERGED: "an implicit step did not converge",
     STOPPED: "stopped with a message",

@@ -40,8 +40,8 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     shell_complete=METHODS,
     help="Names of methods; default: all that apply to the body.",
 )
-@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step, for methods of fixed step.")
-@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance, for adaptive methods.")
+@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step of fixed-step methods.")
+@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance of adaptive methods.")
 @click.option(
     "--truth",
     type=method,

@@ -74,7 +74,7 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     "--sigma",
     multiple=True,
     metavar="[QUANTITY=]NUMBER",
-    help="Standard deviation of the errors; default: estimated from the residuals.",
+    help="Standard deviation of the measurements; default: estimated from the residuals.",
 )
 @click.option(
     "--instrument",
@@ -88,11 +88,13 @@ def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
     "--point",
     type=numbers,
     metavar="X,Y,Z",
-    help="Place of an accelerometer, which measures specific_force, in the frame of the body.",
+    help="Position of an accelerometer (specific_force) in the frame of the body.",
 )
 @click.option("--degrees", is_flag=True, help="Angles and rates in the file are in degrees.")
-@click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: with outliers.")
-@click.option("--pieces", type=int, help="Pieces of a chaotic motion; default: as needed.")
+@click.option("--loss", type=click.Choice(LOSSES), default="linear", help="soft: for outliers.")
+@click.option(
+    "--pieces", type=int, help="Number of pieces of a chaotic motion; default: as needed."
+)
 @click.option("--save", type=FILE, help="Write the fitted scene as TOML.")
 @click.option("--csv", "csv_file", type=FILE, help="Write the parameters as a table.")
 @click.option("--plot", type=click.Path(), help="Draw data and residuals: .png, .svg or .pdf.")

@@ -20,7 +20,7 @@ _REPORT = "validation.__main__"
 
 @click.command()
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
-@click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
+@click.option("--save", "file", type=FILE, help="Write the viewer to a file instead of opening it.")
 def view(scene: Scene, file: str | None) -> None:
     """Open an interactive viewer of the scene in a browser.
 

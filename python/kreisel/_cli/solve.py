@@ -83,10 +83,10 @@ _EVERY = click.option(
     shell_complete=A_METHOD,
     help="One of `kreisel methods`, auto, or geometric, which chooses a method that meets --error.",
 )
-@click.option("--step", type=float, help="The step, for methods of fixed step.")
-@click.option("--tol", type=float, help="The tolerance, for adaptive methods.")
-@click.option("--digits", type=int, help="For taylor, instead of --tol: 16, 20 or 30.")
-@click.option("--error", type=float, help="For geometric: the largest attitude error [rad].")
+@click.option("--step", type=float, help="The step of fixed-step methods.")
+@click.option("--tol", type=float, help="The tolerance of adaptive methods.")
+@click.option("--digits", type=int, help="The digits of taylor, instead of --tol: 16, 20 or 30.")
+@click.option("--error", type=float, help="The largest attitude error for geometric [rad].")
 @_EVERY
 @click.option(
     "--max-steps", type=int, default=0, help="Fail after this number of steps; 0: no limit."

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._utils.validation import Array
 
-HELP = "The final time, or the times to record: numbers and grids start:end:step, with commas."
+HELP = "The final time, or the times to record: comma-separated numbers and grids start:end:step."
 METAVAR = "TIME[,...]"
 _COUNTABLE = 2.0**53
 

@@ -79,7 +79,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     if kinds[1] or (is_steady and not described):
         start = _parse_spin_start(body, scene, given, around.gravity, in_degrees, (is_steady, fast))
     elif is_steady:
-        raise ValueError(f"steady=True goes with spin and tilt, not with {described[0]}")
+        raise ValueError(f"steady=True requires spin and tilt instead of {described[0]}")
     elif kinds[2]:
         start = _parse_euler_start(scene, given, in_degrees)
     else:

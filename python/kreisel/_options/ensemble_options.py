@@ -338,7 +338,7 @@ def parse_threads(threads: object, executor: object) -> int:
             raise ValueError("give either threads or an executor, not both")
         if not isinstance(executor, Executor):
             raise TypeError(
-                "executor must be one of concurrent.futures, as a ThreadPoolExecutor, "
+                "executor must be one of concurrent.futures, such as a ThreadPoolExecutor, "
                 f"not {short_repr(executor)}"
             )
     if threads is not None:

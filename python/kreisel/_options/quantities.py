@@ -48,7 +48,7 @@ def _make_low_word_quantity(name: str) -> Quantity:
     """Return the quantity that contains the digits of `name` beyond double precision."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
-    text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
+    text = f"low words of {name}, to be added to {name}; zero up to 16 digits"
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 

@@ -197,9 +197,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because paths consist of several arrays."""
-        raise TypeError(
-            "paths are not an array: use one of their arrays, as paths.q or paths.states"
-        )
+        raise TypeError("paths are not an array: use an array such as paths.q or paths.states")
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with one variable per quantity in `names`.

@@ -232,7 +232,7 @@ class Path(ReadOnlyArrays, Tables):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a path consists of several arrays."""
-        raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
+        raise TypeError("a path is not an array: use an array such as path.q or path.states")
 
     @property
     def start_time(self) -> float:

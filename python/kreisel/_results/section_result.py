@@ -211,7 +211,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a section consists of several arrays."""
-        raise TypeError("a section is not an array: use one of its arrays, as section.q")
+        raise TypeError("a section is not an array: use an array such as section.q")
 
 
 def _compute_section_column(section: Section, name: str) -> Array:

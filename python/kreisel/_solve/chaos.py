@@ -189,7 +189,7 @@ def _parse_times(t: Numbers) -> Array:
         end = as_float("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
     if not times.size or not times.all():
-        raise ValueError("t must be times on one side of the start, without 0 itself")
+        raise ValueError("t must contain only positive or only negative times, and not 0")
     return times
 
 

@@ -94,7 +94,7 @@ class Source:
         shapes = {name: one.shape for name, one in parameters.items()}
         axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
-            raise ValueError("a grid needs the values of at least one parameter, as spin=[0, 1, 2]")
+            raise ValueError("a grid needs values of at least one parameter, as in spin=[0, 1, 2]")
         for name in axes:
             if len(shapes[name]) != 1 or 0 in shapes[name]:
                 raise ValueError(
@@ -130,7 +130,7 @@ class Source:
         ranges = {name: one for name, one in parameters.items() if one.shape}
         if not ranges:
             raise ValueError(
-                "random tops need the range of at least one parameter, as spin=(0, 20)"
+                "random tops need the range of at least one parameter, as in spin=(0, 20)"
             )
         for name, one in ranges.items():
             _check_parameter_bounds(name, one)

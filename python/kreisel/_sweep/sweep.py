@@ -187,7 +187,7 @@ def _parse_parts(parts: object, count: int) -> range:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
         raise TypeError(
-            f"parts must be a range of numbers, as range(0, 100), not {short_repr(parts)}"
+            f"parts must be a range of numbers such as range(0, 100), not {short_repr(parts)}"
         )
     if parts and not (parts.start >= 0 and parts.stop <= count):
         raise ValueError(f"parts must lie between 0 and {count}, not {parts.start} to {parts.stop}")

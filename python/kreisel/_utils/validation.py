@@ -113,9 +113,9 @@ def as_bool(name: str, value: object) -> bool:
 def as_unit(name: str, value: object) -> str:
     """Return `value` as the name of a unit, which must be a nonempty, printable str."""
     if not isinstance(value, str):
-        raise TypeError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+        raise TypeError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
     if not value.strip() or not value.isprintable():
-        raise ValueError(f"{name} must be the name of a unit, as 's', not {short_repr(value)}")
+        raise ValueError(f"{name} must be the name of a unit such as 's', not {short_repr(value)}")
     return value
 
 
