@@ -98,7 +98,7 @@ def family_contexts(found):
 def describe_cell(cell):
     """Return the verdict and a message if a result needs an explanation.
 
-    Failed runs, unnoticeable errors, and large errors of adaptive methods need an explanation.
+    Failed runs, silent errors, and large errors of adaptive methods need an explanation.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
@@ -149,7 +149,7 @@ def count_verdicts(found):
 
 def draw_verdicts(counts):
     """Draw a bar chart of the verdicts on each method."""
-    names = ["wrong in silence" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
+    names = ["silently wrong" if word == verdicts.SILENT else word for word in verdicts.VERDICTS]
     met = [list(verdicts.VERDICTS).index(word) for word in verdicts.MET]
     order = sorted(counts, key=lambda line: -sum(line["counts"][i] for i in met))
     return draw_verdict_bars({line["method"]: line["counts"] for line in order}, names)
