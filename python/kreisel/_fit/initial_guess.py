@@ -66,7 +66,7 @@ class Guess(NamedTuple):
 
 
 class _LinearSolution(NamedTuple):
-    """Solution of the linear equations; all fields except the vertical share an unknown factor."""
+    """Solution of the linear equations, up to a factor common to all fields except the vertical."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -193,7 +193,7 @@ def _replace_body_by_estimates(
 def _find_point_through_state(
     parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
 ) -> FitPoint:
-    """Return the parameters whose motion passes through the given state at the time `since`."""
+    """Return the parameters for which the motion passes through a given state at time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.is_fitted("attitude") else point.attitude,
@@ -267,7 +267,7 @@ def _list_equation_columns(
 
 
 def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
-    """Return the angular-velocity components of the support that the attitudes can transform.
+    """Return the part of the support's angular velocity that is used in the linear equations.
 
     The components are zero if the motion is relative to the inertial frame.
     """
@@ -379,7 +379,7 @@ def _estimate_mean_precession(trace: ApexTrace) -> float:
 
 
 def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Return pairs (a, k), defined below, from the strongest spectral lines of the apex height.
+    """Estimate pairs (a, k) from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
@@ -435,7 +435,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of the instruments, and of the state at constant spin.
+    """Return the projection onto changes of instruments and state that leave the spin unchanged.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

@@ -113,9 +113,9 @@ class Record(ReadOnlyArrays):
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
              point in the frame of the body [L]
 
-    Records may contain all quantities of a path, and `specific_force`. The specific force is the
-    acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At rest,
-    the specific force points up and has the magnitude of gravity. A gyroscope measures
+    A record may contain any quantity of a path, as well as `specific_force`. The specific force is
+    the acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At
+    rest, the specific force points up and has the magnitude of gravity. A gyroscope measures
     body_velocity or, on a turning support, inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are

@@ -76,7 +76,7 @@ class Spectrum:
         return covariance, errors
 
     def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
-        """Return n random steps of all parameters, without components along blind directions."""
+        """Draw n random parameter changes with no components along undetermined directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 

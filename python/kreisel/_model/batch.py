@@ -65,8 +65,8 @@ class Batch(Generic[_M]):
         """The names of the dimensions.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
-        parameter. The parameter must be a scalar, and must not vary along any other dimension. Any
-        other dimension k is named 'dim_k', or 'top' if it is the only dimension.
+        parameter. Only a scalar parameter that varies along no other dimension can name a
+        dimension. Any other dimension k is named 'dim_k', or 'top' if it is the only dimension.
         """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))

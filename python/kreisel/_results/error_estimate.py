@@ -4,8 +4,7 @@ A Taylor series in 20-digit arithmetic is far more accurate than any run in doub
 if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
 reference. However, closed forms are evaluated in double precision, and they treat a nearly
 integrable body as exactly integrable. A closed form is therefore used only if the body is exactly
-integrable. In addition, the estimated error must be far larger than the rounding errors of the
-closed form.
+integrable. The estimated error must also be far larger than the rounding errors of the closed form.
 """
 
 from __future__ import annotations

@@ -130,9 +130,9 @@ class Path(ReadOnlyArrays, Tables):
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
-        method='geometric' may not store the attitude. In this case, the value is the error that was
-        estimated during the choice of the step. If nothing is known about the attitude, the value
-        is pi.
+        method='geometric' may not store the attitude. If the attitude is not stored, the value is
+        the error that was estimated when the step was chosen. If nothing is known about the
+        attitude, the value is pi.
         """
         if not len(self):
             return 0.0
@@ -239,7 +239,7 @@ class Path(ReadOnlyArrays, Tables):
         """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
-        For such a run, the value is the time of the last change before the path begins.
+        For a changed run, the value is the time of the last change before the path begins.
         """
         return self._origin.begin
 
@@ -318,7 +318,8 @@ class Path(ReadOnlyArrays, Tables):
         """Return this path as a picture for display in notebooks.
 
         Returns None if matplotlib is not installed, if the path is empty or too long, or if a
-        quantity needed for the picture is missing. In this case, the notebook displays the repr.
+        quantity needed for the picture is missing. If no picture is returned, the notebook displays
+        the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -434,8 +435,8 @@ class Interrupted(RunStop, KeyboardInterrupt):
 def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
-    The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
-    text that states the time reached by the run.
+    The exception is a RunStop that contains the path, unless the input was invalid. The text
+    `where` states the time that the run reached.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]

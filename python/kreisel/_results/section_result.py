@@ -76,7 +76,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def top(self) -> Counts:
         """(e,) the index of the top of each state.
 
-        The shape is (e, dimensions), or (e,) if the ensemble has exactly one dimension.
+        Unless the ensemble is one-dimensional, the shape is (e, dimensions) for e states.
         """
         row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)

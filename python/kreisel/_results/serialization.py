@@ -95,7 +95,7 @@ def load_path(
 ) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events are returned as a path that contains their states, with their indices and directions.
+    Events are returned as a path of their states, followed by their indices and their directions.
     Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
