@@ -141,7 +141,7 @@ def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _make_no_motion_error(session: SearchSession) -> Error:
-    """Return the exception that prevents computing the motion of the initial scene."""
+    """Return the exception raised while computing the motion of the initial scene."""
     session.check_start_friction()
     try:
         session.solve_initial_scene()

@@ -55,7 +55,7 @@ def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
 
 
 def _list_symmetries(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes that leave some measurements unchanged, with descriptions."""
+    """Yield parameter changes, each with a description, that leave some measurements unchanged."""
     yield from _list_parameter_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)

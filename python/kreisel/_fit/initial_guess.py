@@ -8,9 +8,10 @@ dt. With the unit vector a to the centre of mass,
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
 is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
-is known only relative to its initial value. The equation is then linear in the products of the
-components of the centre of mass c and of the unknown vertical direction. For a gyroscope alone, the
-rotation of the support is neglected. The trace e of the apex of a symmetric top satisfies
+is known only relative to its initial value. For a gyroscope, the equation is linear in the products
+c_i v_j, where c is the centre of mass and v the unknown vertical. The rotation of the support is
+neglected if the only instrument is a gyroscope. The trace e of the apex of a symmetric top
+satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -164,7 +165,7 @@ def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _replace_body_by_estimates(
     parameters: Parameters, moments: Array, lever: Array, losses: _LinearSolution | None
 ) -> FitPoint:
-    """Return the parameters of the scene, with the free body parameters taken from a solution."""
+    """Return the parameters of the scene after replacing its free body parameters by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())

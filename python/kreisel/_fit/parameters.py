@@ -400,7 +400,7 @@ class Parameters:
         return made
 
     def estimate_scales(self, point: FitPoint, span: float) -> Array:
-        """Return the magnitude that counts as a significant change of each parameter.
+        """Return, for each parameter, the magnitude of a significant change.
 
         span  the length of the records [T]
         """
@@ -501,8 +501,8 @@ class Parameters:
     def describe(self, point: FitPoint) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the Jacobian matrix of the values with respect to a parameter step, of
-        shape (size, size).
+        The last item is the (size, size) Jacobian matrix of the values with respect to a parameter
+        step.
         """
         names: list[str] = []
         units: list[str] = []

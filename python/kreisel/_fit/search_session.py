@@ -284,7 +284,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
+        """Return the typical residual of a soft-loss fit relative to sigma, or 0 if plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
@@ -354,7 +354,7 @@ class SearchSession:
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _try_equivalent(self, best: Solution, twin: FitPoint) -> None:
-        """Replace the best solution by the equivalent point `twin` if it fits as well."""
+        """Replace the best solution by the equivalent point `twin` if it fits equally well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:

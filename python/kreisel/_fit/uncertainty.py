@@ -82,7 +82,7 @@ class Spectrum:
 
 
 def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
-    """Analyse which directions of the first `size` parameters are determined.
+    """Classify the directions in the space of the first `size` parameters.
 
     A direction counts as undetermined if one standard deviation along it exceeds the typical
     magnitude of the parameters.

@@ -290,7 +290,7 @@ def make_member_error(
 
 
 def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the single given parameter that determines the momentum.
+    """Return the parameter that determines the momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.

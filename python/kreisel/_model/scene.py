@@ -361,9 +361,9 @@ class Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
         A multi-line str is TOML text; any other argument is a file name. The top-level keys are the
-        parameters of Scene, and the keys of the table [body] are those of Body. The keys of Scene
-        may be replaced by a table [from_euler] or [spinning] with the parameters of that
-        constructor. Similarly, a table such as [body.cuboid] may replace the keys of Body. Raises
+        parameters of Scene, and the keys of the table [body] are those of Body. Instead of the keys
+        of Scene, a table [from_euler] or [spinning] may give the parameters of the constructor of
+        that name. A table such as [body.cuboid] may likewise replace the keys of Body. Raises
         ValueError for unknown keys.
 
         >>> import kreisel as kr

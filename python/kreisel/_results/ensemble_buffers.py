@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Mark tops that have not run as interrupted, with NaN as their values."""
+        """Mark all tops that are still to be run as interrupted, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low

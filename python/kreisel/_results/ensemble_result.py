@@ -151,7 +151,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._reshape_to_ensemble(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return why the top at `index` failed, or 'success' if it did not fail."""
+        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
         i = find_flat_index(self.shape, index)
         if i is None:
             raise IndexError(

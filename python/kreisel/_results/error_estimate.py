@@ -140,9 +140,9 @@ def estimate_rounding_growth(
     The amplification is the change of attitude [rad] divided by the relative rounding error. The
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
     path. For at most 16 digits, the largest amplification of any single rounding error is returned.
-    For more digits, the effects of all rounding errors are combined as independent errors. The
-    amplification is infinite if a tangent overflows. Returns the core result of the run used for
-    the estimate, and the amplification. If the run fails, the states after the failure are missing.
+    For more digits, all rounding errors are combined as if they were independent. The amplification
+    is infinite if a tangent overflows. Returns the core result of the run used for the estimate,
+    and the amplification. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_rounding_effects(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Select the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
+        """Select the entries that contain states from `rows`, an array of shape (tops, n, ...)."""
         whole = bool(self._state_mask.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._state_mask])
 
