@@ -212,7 +212,7 @@ def convert_scene_to_point(scene: Scene) -> FitPoint:
 
 
 def _is_physical(point: FitPoint) -> bool:
-    """Return True if some mass distribution has these moments, mass and centre of mass."""
+    """Return True if some mass distribution has the given moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
@@ -333,7 +333,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
+        """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -363,7 +363,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: FitPoint) -> Array:
-        """Make the rate positive, and the amplitude nonnegative unless the scene's is negative."""
+        """Return equivalent shaking whose rate is positive and whose amplitude keeps its sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]

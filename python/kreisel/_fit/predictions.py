@@ -1,8 +1,8 @@
 """Predictions of measurable quantities and their derivatives with respect to the parameters.
 
 The core differentiates with respect to the attributes of a scene, and the chain rule yields the
-derivatives with respect to the fit parameters. Vectors fixed in the body have components in the
-frame in which the user describes the body.
+derivatives with respect to the fit parameters. Components of body-fixed vectors refer to the frame
+in which the user describes the body.
 """
 
 from __future__ import annotations

@@ -223,9 +223,9 @@ class Record(ReadOnlyArrays):
     ) -> Record:
         """Return a record built from the columns of a pandas.DataFrame.
 
-        The arguments have the same meaning as in kreisel.Record.from_csv. If there is no column
-        `t`, the times are taken from an index of this name. Raises TypeError if the first argument
-        is not a DataFrame.
+        The arguments have the same meaning as in kreisel.Record.from_csv. Without a column `t`, the
+        times are taken from an index named `t`. Raises TypeError if the first argument is not a
+        DataFrame.
         """
         times, values = select_columns(read_frame_columns(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)

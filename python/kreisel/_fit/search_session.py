@@ -323,7 +323,7 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _align_com_with_scene(self) -> None:
-        """Reverse the centre of mass if it is on the opposite side from that in the scene.
+        """Reverse the centre of mass if it lies opposite to that of the scene.
 
         The vertical is reversed as well, so the readings of body-mounted instruments do not change.
         """

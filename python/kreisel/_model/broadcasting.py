@@ -72,7 +72,7 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Convert an argument to a parameter whose values have the shape `value` and are finite.
+    """Convert an argument to a parameter with finite values, each of the shape `value`.
 
     An argument that is already a Parameter is returned unchanged. `what` describes the expected
     form in error messages.
@@ -185,8 +185,8 @@ def shape_of(*words: Parameter) -> Shape:
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
-    Only a scalar parameter that varies along no other dimension can name a dimension. All other
-    dimensions have the name None.
+    A dimension can be named only after a scalar parameter that varies along no other dimension. All
+    other dimensions have the name None.
     """
     if not shape:
         return ()

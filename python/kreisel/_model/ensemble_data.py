@@ -182,7 +182,7 @@ class EnsembleStorage(Batch[S]):
         """The names of the dimensions.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
-        parameter. Only a scalar parameter that varies along no other dimension can name a
+        parameter. A dimension can be named only after a scalar parameter that varies along no other
         dimension. Any other dimension k is named 'dim_k', or 'top' if it is the only dimension.
         """
         return self._dimension_names

@@ -165,7 +165,7 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
 
 
 def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
-    """Raise the exception of `check` for the first invalid value."""
+    """Raise the exception that `check` raises for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
     if made.name == "friction":

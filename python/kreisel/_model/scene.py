@@ -181,7 +181,7 @@ class Scene:
 
     @cached_property
     def _start(self) -> Array:
-        """The state at t = 0 (t, q, m) as an array of shape (1, 8)."""
+        """The state (t, q, m) at t = 0, as an array of shape (1, 8)."""
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
     @property

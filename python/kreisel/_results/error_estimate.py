@@ -96,8 +96,9 @@ def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
 
     Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
     of the momentum is proportional to the largest moment of inertia and the estimated angular
-    velocity. For more digits, the core stores the momentum in the frame of the body. Rounding the
-    attitude then also rotates the momentum, and each component has its own rounding error.
+    velocity. For more digits, the core stores the momentum in the frame of the body. With the
+    momentum in the body frame, rounding the attitude also rotates the momentum, and each component
+    has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)

@@ -101,7 +101,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno`, 4, above which a motion is classified as chaotic.
+        """The value of `final_megno` (4) above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
         of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.

@@ -124,9 +124,9 @@ class Path(ReadOnlyArrays, Tables):
         """The estimated error of the attitude [rad], as the maximum over all states.
 
         The reference for the estimate is a closed form if one applies exactly and is sufficiently
-        accurate. Otherwise, the reference is a Taylor series in 20-digit arithmetic. A 30-digit
-        series is used if `digits` was passed to solve, or if the closed form deviates too much from
-        the 20-digit series.
+        accurate. If no closed form is suitable, the reference is a Taylor series in 20-digit
+        arithmetic. A 30-digit series is used if `digits` was passed to solve, or if the closed form
+        deviates too much from the 20-digit series.
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
