@@ -436,7 +436,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of instruments and state that leave the spin unchanged.
+    """Return the projection onto changes of state and instrument parameters that keep the spin.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

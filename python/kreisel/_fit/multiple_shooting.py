@@ -129,7 +129,7 @@ class ShootingModel:
         return made
 
     def start_on_data(self, point: FitPoint, motion: MotionData) -> SegmentStarts:
-        """Return segments that start on a measured motion; `point` gives all other parameters."""
+        """Take the initial states of all segments from a measured motion, the rest from `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
@@ -138,7 +138,7 @@ class ShootingModel:
         return SegmentStarts(tuple(points))
 
     def start_on_motion(self, point: FitPoint) -> SegmentStarts:
-        """Return segments that start on the motion computed from `point`."""
+        """Take the initial states of all segments from the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):

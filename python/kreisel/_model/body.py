@@ -321,7 +321,7 @@ class Body(BodyConstructors):
 
     @cached_property
     def _nearby_kind_message(self) -> str:
-        """Message that the body is of another kind to a relative tolerance of 1e-8, or ''."""
+        """Message naming a kind that the body matches only approximately (to 1e-8), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0

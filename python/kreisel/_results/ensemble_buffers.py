@@ -156,7 +156,7 @@ class EnsembleBuffers:
         self.add_events_and_failures(begin, part)
 
     def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, chosen steps and events of `part`, whose first row is row `begin`."""
+        """Add the failures, chosen steps and events of `part`, with rows shifted by `begin`."""
         if part is self:
             return
         if part.last:

@@ -239,7 +239,7 @@ class Path(ReadOnlyArrays, Tables):
         """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
-        For a changed run, the value is the time of the last change before the path begins.
+        If the run was changed, the value is the time of the last change before the path begins.
         """
         return self._origin.begin
 

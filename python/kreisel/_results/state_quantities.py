@@ -236,10 +236,10 @@ class States(QuantityAttributes):
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
         quantity depends on the direction of the apex. The functions `kowalewski` and
-        `goryachev_chaplygin` are conserved only for special bodies. The derivatives of both
-        functions are NaN for parameters whose variation violates the conditions on the body. The
-        conditions are violated by variations of the moments of inertia, and of com along the axis
-        of the unequal moment.
+        `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
+        `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
+        body. The conditions are violated by variations of the moments of inertia, and of com along
+        the axis of the unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
