@@ -61,10 +61,11 @@ class Body(BodyConstructors):
                   frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
                   includes the rotors, as if they were at rest
 
-    The principal moments must be positive, and none may exceed the sum of the other two. This
-    condition is checked to a relative tolerance of 1e-12, so plates and rods are accepted. If the
-    inertia is a non-diagonal matrix, its least principal moment must exceed 2e-10 times the largest
-    one. Because of rounding, a smaller moment would have at most six correct digits.
+    The principal moments must be positive, and none may exceed the sum of the other two. The
+    condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
+    rods are accepted. If the inertia is a non-diagonal matrix, its least principal moment must
+    exceed 2e-10 times the largest one. Because of rounding, a smaller moment would have at most six
+    correct digits.
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed

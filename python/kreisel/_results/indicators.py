@@ -104,8 +104,8 @@ class Indicator(ReadOnlyArrays):
         """The value of `final_megno` (4) above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
-        of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
-        Source: Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
+        of the Lyapunov exponent and t. All indicators use MEGNO to classify motions. Source:
+        Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 
