@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """Predicted values of a quantity, with derivatives if these were requested.
+    """Predicted values of a quantity and, if requested, their derivatives.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time

@@ -150,8 +150,8 @@ def compute_steady_rate(
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
     and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
     gravity. The larger root is computed without cancellation, and the smaller one from the product
-    of the roots. Raises ValueError if no steady precession exists; the message then states the
-    least spin for which one exists.
+    of the roots. Raises ValueError, with the least possible spin in the message, if no steady
+    precession exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -149,8 +149,8 @@ def starts(
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
     The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
-    the smallest rotation from the upright position. Raises ValueError if no initial state has this
-    energy and vertical momentum; the message states the least possible energy. Also raises
+    the smallest rotation from the upright position. Raises ValueError if no initial state has the
+    given energy and vertical momentum; the message states the least possible energy. Also raises
     ValueError for a body with a rotor.
 
     >>> import kreisel as kr

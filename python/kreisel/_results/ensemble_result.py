@@ -163,8 +163,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of the failed top and the number of all failed tops. The attribute `path`
-        of the exception is the path of this top, and `paths` is this result.
+        states the index of the failed top and the number of all failed tops. The exception has the
+        attributes `path`, the path of the failed top, and `paths`, this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

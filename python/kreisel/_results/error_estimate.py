@@ -3,8 +3,8 @@
 A Taylor series in 20-digit arithmetic is far more accurate than any run in double precision, even
 if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
 reference. However, closed forms are evaluated in double precision, and they treat a nearly
-integrable body as exactly integrable. A closed form is therefore used only if the body is exactly
-integrable. The estimated error must also be far larger than the rounding errors of the closed form.
+integrable body as exactly integrable. A closed form is used as reference only if the body is
+exactly integrable and the estimated error far exceeds the rounding errors of the closed form.
 """
 
 from __future__ import annotations

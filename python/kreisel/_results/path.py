@@ -178,7 +178,7 @@ class Path(ReadOnlyArrays, Tables):
     def __call__(self, t: Numbers) -> Path:
         """Return the path of the same motion at other times.
 
-        The states are bitwise identical to those that kreisel.solve returns for these times.
+        The states are bitwise identical to those that kreisel.solve returns for the same times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between
            the start and the end of the path [T]

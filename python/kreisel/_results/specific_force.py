@@ -1,7 +1,7 @@
 """Readings of body-mounted gyroscopes and accelerometers.
 
 Let U be the angular velocity relative to the support, and O the angular velocity of the support,
-both in the body frame. The angular velocity in the inertial frame is then W = U + O. Since O is
+both in the body frame. Then W = U + O is the angular velocity in the inertial frame. Since O is
 constant in the turning space, O' = O x U and W' = U' + O x U.
 """
 

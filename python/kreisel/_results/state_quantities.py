@@ -312,8 +312,8 @@ class States(QuantityAttributes):
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
         The conserved energy is E + step <torque, m> / (2 I1), where I1 is the transverse moment of
-        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the step in
-        this formula is negative if the path runs backwards in time.
+        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the
+        argument `step` is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
