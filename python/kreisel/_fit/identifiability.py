@@ -134,7 +134,7 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
 
 
 def _list_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
-    """Return, for each factor of the gravitational torque, a change that rescales the torque."""
+    """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
     made = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},

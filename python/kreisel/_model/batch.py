@@ -66,7 +66,8 @@ class Batch(Generic[_M]):
 
         If exactly one parameter varies along a dimension, the dimension is named after this
         parameter. A dimension can be named only after a scalar parameter that varies along no other
-        dimension. Any other dimension k is named 'dim_k', or 'top' if it is the only dimension.
+        dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
+        is named 'top'.
         """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))

@@ -183,7 +183,8 @@ class EnsembleStorage(Batch[S]):
 
         If exactly one parameter varies along a dimension, the dimension is named after this
         parameter. A dimension can be named only after a scalar parameter that varies along no other
-        dimension. Any other dimension k is named 'dim_k', or 'top' if it is the only dimension.
+        dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
+        is named 'top'.
         """
         return self._dimension_names
 
