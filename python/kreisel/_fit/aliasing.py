@@ -23,10 +23,10 @@ def list_alternative_spins(
 ) -> list[FitPoint]:
     """Return the parameters of motions with one turn more or one turn less between two samples.
 
-    Returns an empty list if the body rotates too slowly to be ambiguous. A faster rotation in the
-    same direction is listed only if there are fewer than two samples per turn. If the moments of
-    inertia are free, the list also contains motions with the same momentum but a different moment
-    of inertia.
+    Returns an empty list if the body rotates too slowly to be ambiguous. If the given motion has
+    fewer than two samples per turn, the list also contains a faster rotation in the same direction.
+    If the moments of inertia are free, the list also contains motions with the same momentum but a
+    different moment of inertia.
     """
     pauses = [np.diff(np.unique(record.t)) for record in records]
     between = min((float(np.median(p)) for p in pauses if p.size), default=0.0)
@@ -45,7 +45,7 @@ def list_alternative_spins(
 
 
 def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[Array, float]]:
-    """Yield the direction of the angular velocity, and each principal axis with fast rotation."""
+    """Yield each axis about which the body rotates fast, together with the rotation rate."""
     rate = float(np.linalg.norm(point.rate))
     if rate > least:
         yield point.rate / rate, rate
@@ -57,7 +57,7 @@ def _yield_fast_rotation_axes(point: FitPoint, least: float) -> Iterator[tuple[A
 def _list_spins_with_same_momentum(
     p: Parameters, alias: FitPoint, axis: Array, factor: float
 ) -> list[FitPoint]:
-    """Return the alias with the moment of inertia about a principal axis rescaled, if free."""
+    """Rescale the moment of inertia about `axis`; return an empty list if it cannot be changed."""
     k = int(np.abs(axis).argmax())
     is_principal = abs(axis[k]) == 1.0 and float(p.moments[:, p.moments[k].argmax()].sum()) == 1.0
     if not (p.is_fitted("moments") and is_principal and 0.0 < factor < np.inf):

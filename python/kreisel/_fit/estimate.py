@@ -20,7 +20,7 @@ LOSSES: tuple[LossName, ...] = ("linear", "soft")
 
 
 class FitInterrupted(KeyboardInterrupt):
-    """Exception raised by Ctrl-C in kreisel.fit; `fit` is the best fit so far, or None."""
+    """Exception raised by Ctrl-C in kreisel.fit, with the best fit so far (or None) in `.fit`."""
 
     __module__ = "kreisel"  # a traceback shows the public name
 
@@ -64,9 +64,10 @@ def fit(
     nonnegative. The initial guesses of `turning` and `shaking` are taken from `scene`. On a turning
     support, a gyroscope measures "inertial_velocity", whereas "body_velocity" is the angular
     velocity relative to the support. The reported errors are first-order standard deviations. The
-    errors are enlarged if the residuals are correlated, or larger than the given standard
-    deviations. Along directions that the data do not determine, the parameters keep the values of
-    the initial guess. The attribute `unidentified` describes these directions.
+    errors are enlarged if the residuals are correlated or larger than expected from the given
+    standard deviations. Along directions that the data do not determine, the parameters keep the
+    values of the initial guess. The attribute `unidentified` of the fit describes the directions
+    that the data do not determine.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -85,7 +86,7 @@ def fit(
     can be computed from the initial guesses. Ctrl-C raises kreisel.FitInterrupted (a
     KeyboardInterrupt), whose attribute `fit` is the best fit so far. Warns (UserWarning) if the
     search does not converge, or if no motion fits the measurements. Also warns if the residuals of
-    a soft-loss fit are larger than their standard deviations explain.
+    a soft-loss fit are larger than expected from their standard deviations.
     """
     guesses = _parse_scenes(scene)
     blocks, measured = parse_free_names(free), _parse_records(records)
@@ -140,7 +141,7 @@ def _select_better_fit(first: Fit | None, second: Fit) -> Fit:
 
 
 def _make_no_motion_error(session: SearchSession) -> Error:
-    """Return the exception raised by the motion of the first guess."""
+    """Return the exception raised while computing the motion of the initial scene."""
     session.check_start_friction()
     try:
         session.solve_initial_scene()

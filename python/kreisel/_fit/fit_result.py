@@ -300,7 +300,7 @@ def make_fit(session: SearchSession) -> Fit:
 def _compute_moment_ratios(
     p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
 ) -> dict[str, tuple[float, float]]:
-    """Return the ratios of the other moments to the last moment, with standard deviations."""
+    """Return the ratio of each free moment to the last free moment, and its standard deviation."""
     if not p.is_fitted("moments"):
         return {}
     *others, last = range(*p.find_columns("moments").indices(p.size))

@@ -55,7 +55,7 @@ def _describe_parameter_direction(direction: Array, names: list[str]) -> str:
 
 
 def _list_symmetries(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    """Yield parameter changes that leave some measurements unchanged, with descriptions."""
+    """Yield parameter changes, each with a description, that leave some measurements unchanged."""
     yield from _list_parameter_scalings(p, point)
     vertical = rotation_matrix(point.attitude)[2]
     turned = np.cross([0.0, 0.0, 1.0], point.turning)
@@ -91,7 +91,7 @@ def _yield_change_of_free_parameters(
 
 
 def _average_equal_parameters(columns: Array, values: Array) -> Array:
-    """Return the mean of the values in each group of equal parameters, a column of `columns`."""
+    """Average the values in each group; each column of `columns` marks the members of one group."""
     made: Array = columns.T @ values / columns.sum(axis=0)
     return made
 
@@ -134,7 +134,7 @@ def _list_parameter_scalings(p: Parameters, point: FitPoint) -> Iterator[tuple[s
 
 
 def _list_torque_scalings(p: Parameters, point: FitPoint) -> dict[str, dict[str, Array]]:
-    """Return the changes that scale the torque of gravity, one for each factor of the torque."""
+    """Return, for each factor of the gravitational torque, parameter changes that rescale it."""
     made = {
         "com": {"com": point.com},
         "lever": {"lever": np.array([float(point.com @ p.lever)])},
@@ -181,7 +181,7 @@ def _list_rotations_about_axis(p: Parameters, point: FitPoint) -> Iterator[tuple
 
 
 def _list_clock_shifts_and_rotations(p: Parameters, point: FitPoint) -> Iterator[tuple[str, Array]]:
-    """Yield shifts of all clocks, and rotations of the principal axes relative to the attitude."""
+    """Yield parameter changes that shift all clocks or rotate the principal axes."""
     scene = point.to_scene()
     [change] = values("body_acceleration", scene._block, scene._start)
     delays = [at for (name, _, _), at in p.slices.items() if name == "delay"]

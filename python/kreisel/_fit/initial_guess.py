@@ -8,9 +8,10 @@ dt. With the unit vector a to the centre of mass,
     L R (J W + h) + D int R U dt + f int sign(<U, a>) R a dt = m0 + e3 x int g R dt (M c)
 
 is linear in J, D, f, m0, M c and the size of h. If the only instrument is a gyroscope, the attitude
-is known only relative to its initial value. The equation is then linear in the products of the
-components of the centre of mass c and of the unknown vertical direction. For a gyroscope alone, the
-rotation of the support is neglected. The trace e of the apex of a symmetric top satisfies
+is known only relative to its initial value. For a gyroscope, the equation is linear in the products
+c_i v_j, where c is the centre of mass and v the unknown vertical. The rotation of the support is
+neglected if the only instrument is a gyroscope. The trace e of the apex of a symmetric top
+satisfies
 
     L (e x e^) = h - a L e + k int g e3 x e dt + s (t e - int e dt),    e^ = e' + O x e,
 
@@ -66,7 +67,7 @@ class Guess(NamedTuple):
 
 
 class _LinearSolution(NamedTuple):
-    """Solution of the linear equations; all fields except the vertical share an unknown factor."""
+    """Solution of the linear equations, up to a factor common to all fields except the vertical."""
 
     inertia: Array
     lever: Array  # mass gravity com
@@ -164,7 +165,7 @@ def _select_samples_before_stop(motion: MotionData, axis: Array) -> MotionData:
 def _replace_body_by_estimates(
     parameters: Parameters, moments: Array, lever: Array, losses: _LinearSolution | None
 ) -> FitPoint:
-    """Return the parameters of the scene, with the free body parameters taken from a solution."""
+    """Return the parameters of the scene after replacing its free body parameters by estimates."""
     base = parameters.start
     densities = 0.5 * moments.sum() - moments
     densities = np.maximum(densities, _LEAST * np.abs(moments).max())
@@ -193,7 +194,7 @@ def _replace_body_by_estimates(
 def _find_point_through_state(
     parameters: Parameters, point: FitPoint, since: float, attitude: Array, rate: Array
 ) -> FitPoint:
-    """Return the parameters whose motion passes through the given state at the time `since`."""
+    """Return the parameters for which the motion passes through a given state at time `since`."""
     there = replace(
         point,
         attitude=attitude if parameters.is_fitted("attitude") else point.attitude,
@@ -267,7 +268,7 @@ def _list_equation_columns(
 
 
 def _select_support_velocity(motion: MotionData, base: FitPoint) -> Array:
-    """Return the angular-velocity components of the support that the attitudes can transform.
+    """Return the part of the support's angular velocity that is used in the linear equations.
 
     The components are zero if the motion is relative to the inertial frame.
     """
@@ -379,7 +380,7 @@ def _estimate_mean_precession(trace: ApexTrace) -> float:
 
 
 def _estimate_nutation_parameters(trace: ApexTrace, turning: float) -> list[tuple[float, float]]:
-    """Return pairs (a, k), defined below, from the strongest spectral lines of the apex height.
+    """Estimate pairs (a, k) from the strongest spectral lines of the apex height.
 
     A small nutation about the steady precession at the rate w and the angle n has the frequency
     sqrt((w sin n)^2 + (a - 2 w cos n)^2), and k = a w - w^2 cos n. The precession rate w is
@@ -435,7 +436,7 @@ def _guess_from_apex_and_spin(
 
 
 def _build_constant_spin_projection(parameters: Parameters, axis: Array) -> Array:
-    """Return the projection onto changes of the instruments, and of the state at constant spin.
+    """Return the projection onto changes of state and instrument parameters that keep the spin.
 
     The nutation frequency is known accurately, so it is held fixed while the phase is fitted.
     """

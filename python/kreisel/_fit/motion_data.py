@@ -86,7 +86,7 @@ def read_motions(records: Sequence[Record], point: FitPoint) -> list[MotionData]
 
 
 def read_apex_traces(records: Sequence[Record], point: FitPoint) -> list[ApexTrace]:
-    """Return the traces of the apex contained in the records."""
+    """Extract the trace of the apex from each record that contains apex directions."""
     made = []
     for record in records:
         found = _read_apex_directions(record, point)
@@ -168,7 +168,7 @@ def _find_rows_without_outliers(values: Array, is_attitude: bool) -> NDArray[np.
 
 
 def _reconstruct_from_attitudes(t: Array, q: Array) -> list[MotionData]:
-    """Return the motion with these attitudes; velocities come from pairs sufficiently far apart."""
+    """Reconstruct a motion; each velocity is computed from two sufficiently different attitudes."""
     if len(t) < FEWEST:
         return []
     angle = np.median(np.linalg.norm(logarithm(_compute_relative_rotations(q, 1)), axis=1))
@@ -197,7 +197,7 @@ def _reconstruct_from_gyroscope(t: Array, rate: Array, vertical: Array | None) -
 
 
 def _find_nearest_vertical(t: Array, series: Series, since: Array) -> Array | None:
-    """Return the measured vertical whose time is nearest to the first of the times `since`."""
+    """Return the measured vertical that is nearest in time to the first element of `since`."""
     whole = np.flatnonzero(series.measured.all(axis=1))
     if not whole.size:
         return None

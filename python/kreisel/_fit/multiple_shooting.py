@@ -42,7 +42,10 @@ _START = ("attitude", "velocity")
 
 
 class SegmentStarts(NamedTuple):
-    """The initial states of all segments. The first segment also contains all other parameters."""
+    """The initial states of all segments.
+
+    Parameters other than initial states are stored in the first segment.
+    """
 
     points: tuple[FitPoint, ...]
 
@@ -126,7 +129,7 @@ class ShootingModel:
         return made
 
     def start_on_data(self, point: FitPoint, motion: MotionData) -> SegmentStarts:
-        """Return segments that start on a measured motion, with the other parameters of `point`."""
+        """Take the initial states of all segments from a measured motion, the rest from `point`."""
         points = []
         for k, edge in enumerate(self.edges[:-1]):
             attitude, rate = interpolate(motion, float(edge))
@@ -135,7 +138,7 @@ class ShootingModel:
         return SegmentStarts(tuple(points))
 
     def start_on_motion(self, point: FitPoint) -> SegmentStarts:
-        """Return segments that start on the motion computed from `point`."""
+        """Take the initial states of all segments from the motion computed from `point`."""
         points = {}
         scene, edges = point.to_scene(), self.edges[:-1]
         for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
@@ -223,7 +226,7 @@ def minimize_by_shooting(
 ) -> Minimum:
     """Fit a motion in segments, and close the gaps between them in several stages.
 
-    The search stops early if the segments do not fit the measurements even with gaps.
+    The search stops early if even segments with gaps between them do not fit the measurements.
     """
     found: Minimum | None = None
     for gap in GAPS:
@@ -239,11 +242,11 @@ def minimize_by_shooting(
 
 
 def fits_with_gaps(model: ShootingModel, pieces: SegmentStarts, loss: LossName) -> bool:
-    """Return True if separate segments, which need not join, agree with the records."""
+    """Return True if the segments agree with the records when gaps between them are allowed."""
     model.gap = GAPS[0]
     search = SearchSettings(loss, _STAGE_LIMIT, _FTOL, _report_nothing, is_stiff=True)
     return minimize(model, pieces, search).cost <= _HOPELESS * model.size
 
 
 def _report_nothing(_: Minimum) -> None:
-    """Ignore a minimum at which the segments do not join."""
+    """Ignore a minimum in which gaps remain between the segments."""

@@ -87,7 +87,7 @@ _MOMENTS_BY_DENSITY = np.ones((3, 3)) - np.eye(3)
 
 @dataclass(frozen=True, eq=False)
 class FitPoint:
-    """The values of all parameters, free or not; vectors have principal-axis components.
+    """Values of all parameters, whether free or fixed; vectors are in principal-axis components.
 
     attitude     quaternion from the principal axes to space
     rate         angular velocity relative to the support
@@ -151,7 +151,7 @@ class FitPoint:
         return self.mass * self.gravity
 
     def to_scene(self, since: float = 0.0) -> Scene:
-        """Build a scene that starts at the time `since`, described in its principal axes."""
+        """Build a scene that starts at time `since`, described in the principal-axis frame."""
         body = Body(
             self.mass,
             self.moments,
@@ -172,7 +172,7 @@ class FitPoint:
         )
 
     def shift_shaking_phase(self, t: float) -> Vector | None:
-        """Return the shaking for a scene that starts at the time t of the motion."""
+        """Return the shaking parameters of a scene that starts at the time t of the motion."""
         if not self.shaking.any():
             return None
         amplitude, rate, phase = self.shaking.tolist()
@@ -212,7 +212,7 @@ def convert_scene_to_point(scene: Scene) -> FitPoint:
 
 
 def _is_physical(point: FitPoint) -> bool:
-    """Return True if some mass distribution has these moments, mass and centre of mass."""
+    """Return True if some mass distribution has the given moments, mass and centre of mass."""
     second = np.diag(point.densities) - point.mass * np.outer(point.com, point.com)
     return bool(np.linalg.eigvalsh(second)[0] >= 0.0)
 
@@ -235,7 +235,7 @@ def parse_free_names(free: FreeName | Iterable[FreeName]) -> tuple[str, ...]:
 
 
 def _group_equal_numbers(values: Array) -> Array:
-    """Return a matrix of zeros and ones with a column for each group of equal numbers."""
+    """Return a matrix of zeros and ones in which each column marks one group of equal values."""
     columns: list[Array] = []
     left = [0, 1, 2]
     while left:
@@ -279,7 +279,7 @@ class Parameters:
         self.start = replace(self.start, instruments=instruments, densities=densities)
 
     def _check_differentiability(self, length: float) -> None:
-        """Raise ValueError if the support or friction makes derivatives impossible."""
+        """Raise ValueError if shaking or friction makes a required derivative undefined."""
         start, free = self.start, self.free
         if "shaking" in free and not start.shaking[1]:
             raise ValueError(
@@ -333,7 +333,7 @@ class Parameters:
         return self.slices[name, -1, ""]
 
     def move_within_bounds(self, point: FitPoint, step: Array) -> FitPoint:
-        """Return the point moved by `step` (shape (size,)) and clipped to the bounds."""
+        """Move the point by `step`, an array of shape (size,), and clip it to the bounds."""
         own = {name: step[at] for (name, i, _), at in self.slices.items() if i < 0}
         changes: dict[str, Array | float] = {}
         for name, by in own.items():
@@ -363,7 +363,7 @@ class Parameters:
         return replace(point, instruments=instruments, **changes)  # type: ignore[arg-type]
 
     def _normalize_shaking(self, shaking: Array, before: FitPoint) -> Array:
-        """Return the equivalent shaking with positive rate and an amplitude of the scene's sign."""
+        """Return equivalent shaking whose rate is positive and whose amplitude keeps its sign."""
         shaking[1] = max(shaking[1], 1e-3 * before.shaking[1])
         if shaking[0] < 0.0 <= self.start.shaking[0]:
             shaking[0] = -shaking[0]
@@ -400,7 +400,7 @@ class Parameters:
         return made
 
     def estimate_scales(self, point: FitPoint, span: float) -> Array:
-        """Return the magnitude that counts as a significant change of each parameter.
+        """Return, for each parameter, the magnitude of a significant change.
 
         span  the length of the records [T]
         """
@@ -439,10 +439,10 @@ class Parameters:
         return made
 
     def build_differentiable_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
-        """Return the scene in its principal axes, with positive friction if the friction is free.
+        """Return the scene in principal axes, with positive friction if the friction is free.
 
-        Friction is positive in this scene, because derivatives with respect to friction do not
-        exist at zero.
+        The friction must be positive, because derivatives with respect to it do not exist at zero
+        friction.
         """
         if self.is_fitted("friction") and not point.friction:
             point = replace(point, friction=self._smallest_positive_friction)
@@ -456,7 +456,7 @@ class Parameters:
         return _NO_FRICTION * (energy or float(start.moments.max()))
 
     def to_scene(self, point: FitPoint, since: float = 0.0) -> Scene:
-        """Return the scene for a point, in the frame of description of the user's body.
+        """Return the scene with the parameter values `point`, described in the user's body frame.
 
         since  the time of the start of the scene, which the phase of the shaking takes into account
         """
@@ -501,8 +501,8 @@ class Parameters:
     def describe(self, point: FitPoint) -> tuple[list[str], list[str], Array, Array]:
         """Return the names, units and values of the parameters as shown to users.
 
-        The last item is the Jacobian matrix of the values with respect to a parameter step, of
-        shape (size, size).
+        The last item is the (size, size) Jacobian matrix of the values with respect to a parameter
+        step.
         """
         names: list[str] = []
         units: list[str] = []

@@ -1,8 +1,8 @@
 """Predictions of measurable quantities and their derivatives with respect to the parameters.
 
 The core differentiates with respect to the attributes of a scene, and the chain rule yields the
-derivatives with respect to the fit parameters. Vectors fixed in the body have components in the
-frame in which the user describes the body.
+derivatives with respect to the fit parameters. Components of body-fixed vectors refer to the frame
+in which the user describes the body.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EULER = ("precession_angle", "nutation", "spin_angle")
 
 
 class Prediction(NamedTuple):
-    """Predicted values of a quantity, with derivatives if these were requested.
+    """Predicted values of a quantity and, if requested, their derivatives.
 
     by    (n, k, size) by the free parameters of the motion
     rate  (n, k) by time

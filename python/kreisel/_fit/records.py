@@ -113,9 +113,9 @@ class Record(ReadOnlyArrays):
     point    place (x, y, z) of an accelerometer, which measures specific_force, from the fixed
              point in the frame of the body [L]
 
-    Records may contain all quantities of a path, and `specific_force`. The specific force is the
-    acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At rest,
-    the specific force points up and has the magnitude of gravity. A gyroscope measures
+    A record may contain any quantity of a path, as well as `specific_force`. The specific force is
+    the acceleration of `point` minus the acceleration of gravity, in the body frame [L T^-2]. At
+    rest, the specific force points up and has the magnitude of gravity. A gyroscope measures
     body_velocity or, on a turning support, inertial_velocity.
 
     The measured values are modelled as scale * quantity(t - delay) + bias + errors. The errors are
@@ -223,9 +223,9 @@ class Record(ReadOnlyArrays):
     ) -> Record:
         """Return a record built from the columns of a pandas.DataFrame.
 
-        The arguments have the same meaning as in kreisel.Record.from_csv. If there is no column
-        `t`, the times are taken from an index of this name. Raises TypeError if the first argument
-        is not a DataFrame.
+        The arguments have the same meaning as in kreisel.Record.from_csv. Without a column `t`, the
+        times are taken from an index named `t`. Raises TypeError if the first argument is not a
+        DataFrame.
         """
         times, values = select_columns(read_frame_columns(frame, t), columns, t, _PARTS)
         return cls(times, values, sigma, free, degrees=degrees, point=point)

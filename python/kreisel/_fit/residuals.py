@@ -280,12 +280,12 @@ class _ResidualBuilder:
         )
 
     def _find_instrument_value(self, name: str) -> Array | None:
-        """Return a property of the instrument that measured the series, or None if it has none."""
+        """Return a property of the measuring instrument, or None if it lacks this property."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.point.instruments.get((name, self.rows.record, label))
 
     def _find_instrument_columns(self, name: str) -> slice | None:
-        """Return the columns of a property of the instrument, or None if it is not fitted."""
+        """Return the Jacobian columns of an instrument property, or None if it is not fitted."""
         label = "" if name in ("mounting", "delay") else self.rows.series.name
         return self.parameters.slices.get((name, self.rows.record, label))
 

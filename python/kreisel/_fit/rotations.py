@@ -52,7 +52,7 @@ def exponential(v: Array) -> Array:
 
 
 def logarithm(q: Array) -> Array:
-    """Return the rotation vectors of unit quaternions, with lengths from 0 to pi [rad]."""
+    """Return the rotation vectors, of length 0 to pi [rad], that correspond to unit quaternions."""
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt((q[..., 1:] ** 2).sum(axis=-1, keepdims=True))
     angle = 2.0 * np.arctan2(sine, q[..., :1])

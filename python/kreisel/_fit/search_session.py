@@ -142,7 +142,7 @@ class SearchSession:
     def check_start_friction(self) -> None:
         """Raise ValueError if no motion fits and friction holds the top in its initial state.
 
-        Many different earlier motions can end in this state.
+        Many different motions end in a state in which friction holds the top.
         """
         if self._has_small_misfit() or not self.parameters.start.friction:
             return
@@ -233,10 +233,10 @@ class SearchSession:
             self._search_slowly_growing_parts(points[0][2])
 
     def _search_slowly_growing_parts(self, point: FitPoint) -> None:
-        """Search from the body of the scene, fitting slowly growing parts of the records.
+        """Fit slowly growing parts of the records, starting from the body given in the scene.
 
-        Slow growth prevents the search from losing the phase of an oscillation. Moments of inertia
-        estimated from noisy data are biased, which would shift the frequencies.
+        If the fitted part grows slowly, the search does not lose the phase of an oscillation.
+        Moments of inertia estimated from noisy data are biased, which would shift the frequencies.
         """
         body = self.parameters.start
         own = replace(
@@ -284,7 +284,7 @@ class SearchSession:
         return bool(self._measure_misfit() <= limit)
 
     def measure_residual_excess(self) -> float:
-        """Return the typical residual of a soft-loss fit in sigmas, or 0 if it is plausible."""
+        """Return the typical residual of a soft-loss fit relative to sigma, or 0 if plausible."""
         if self.loss == "linear" or not self.is_sigma_known or self._is_plausible():
             return 0.0
         return float(np.sqrt(self._measure_misfit()))
@@ -323,9 +323,9 @@ class SearchSession:
             self.best = before  # equal minima differ by rounding: the nearer guess counts
 
     def _align_com_with_scene(self) -> None:
-        """Reverse the centre of mass and the vertical if the former points opposite to the scene's.
+        """Reverse the centre of mass if it lies opposite to that of the scene.
 
-        The vertical is reversed too, so body-mounted instruments give the same readings.
+        The vertical is reversed as well, so the readings of body-mounted instruments do not change.
         """
         p, best = self.parameters, self.best
         quantities = {series.quantity for record in self.records for series in record.series}
@@ -337,9 +337,9 @@ class SearchSession:
             self._try_equivalent(best, replace(best.point, attitude=attitude, com=-best.point.com))
 
     def _align_heading_with_scene(self) -> None:
-        """Rotate the best solution about the vertical so that its `turning` matches the scene's.
+        """Rotate the best solution about the vertical to align `turning` with that of the scene.
 
-        Body-mounted instruments cannot detect this rotation.
+        Body-mounted instruments cannot detect a rotation of the whole scene about the vertical.
         """
         p, best = self.parameters, self.best
         if best is None or best.pieces or not (p.is_fitted("attitude") and p.is_fitted("turning")):
@@ -354,7 +354,7 @@ class SearchSession:
         self._try_equivalent(best, replace(best.point, attitude=attitude, turning=turning))
 
     def _try_equivalent(self, best: Solution, twin: FitPoint) -> None:
-        """Replace the best solution by the equivalent point `twin` if it fits as well."""
+        """Replace the best solution by the equivalent point `twin` if it fits equally well."""
         evaluation = self.model.evaluate(twin)
         cost = compute_cost(evaluation.residuals, self.loss)
         if cost <= (1.0 + _SAME) * best.cost:
@@ -454,7 +454,7 @@ class SearchSession:
         return until, compute_cost(found.residuals, "soft")
 
     def _try_multiple_shooting(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
-        """Search with the motion in at least `least` segments; keep a clearly better result."""
+        """Search by multiple shooting with `least` or more segments; keep a much better result."""
         for guess in guesses:
             count = pieces or choose_segment_count(guess.point, self.records)
             if count < least or guess.motion is None:
@@ -482,8 +482,8 @@ class SearchSession:
     def _has_agreeing_guess(self, guesses: list[Guess]) -> bool:
         """Return True if the motion of any guess agrees with all records.
 
-        In this case, the motions of other guesses may appear chaotic only because these guesses are
-        wrong.
+        If one guess agrees, the motions of other guesses may appear chaotic only because these
+        guesses are wrong.
         """
         return any(self._measure_agreement(guess.point)[0] >= self._end for guess in guesses)
 

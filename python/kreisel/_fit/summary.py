@@ -102,7 +102,7 @@ def _format_head(fit: FitValues) -> str:
 
 
 def _list_table_rows(fit: FitValues) -> list[tuple[str, str, str]]:
-    """Return the name, value with error, and unit of each parameter and moment ratio."""
+    """Return a row (name, value and error, unit) for each parameter and each moment ratio."""
     ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
     rows = [
         (name, format_value(fit.values[name], fit.error[name]), f"[{unit}]" if unit else "")
@@ -123,7 +123,7 @@ def format_value(value: float, error: float) -> str:
 
 
 def is_misfit(fit: FitValues) -> bool:
-    """Return True if the residuals are comparable to the values, and larger than expected."""
+    """Return True if the residuals are as large as the measured values and larger than expected."""
     is_estimated = any(series.sigma is None for record in fit.records for series in record.series)
     return fit.misfit > _AS_LARGE and (is_estimated or fit.chi2 > _MISFIT * fit.dof)
 

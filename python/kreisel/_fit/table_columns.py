@@ -77,7 +77,7 @@ def select_columns(
 ) -> tuple[Array, dict[str, Array]]:
     """Select the times and the measured quantities from a table.
 
-    `parts` maps component names, such as "apex_x", to a quantity and an index.
+    `parts` maps component names, such as "apex_x", to pairs of a quantity and an index.
     """
     _check_column("column of times", t, table)
     if columns is None:

@@ -76,13 +76,13 @@ class Spectrum:
         return covariance, errors
 
     def draw_parameter_changes(self, generator: np.random.Generator, n: int) -> Array:
-        """Return n random steps of all parameters, without components along blind directions."""
+        """Draw n random parameter changes with no components along undetermined directions."""
         normal = generator.standard_normal((n, self.factor.shape[1]))
         return normal @ self.factor.T * self.natural
 
 
 def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
-    """Analyse which directions of the first `size` parameters are determined.
+    """Classify the directions in the space of the first `size` parameters.
 
     A direction counts as undetermined if one standard deviation along it exceeds the typical
     magnitude of the parameters.

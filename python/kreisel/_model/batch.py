@@ -65,8 +65,9 @@ class Batch(Generic[_M]):
         """The names of the dimensions.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
-        parameter. The parameter must be a scalar, and must not vary along any other dimension. Any
-        other dimension k is named 'dim_k', or 'top' if it is the only dimension.
+        parameter. A dimension can be named only after a scalar parameter that varies along no other
+        dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
+        is named 'top'.
         """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))

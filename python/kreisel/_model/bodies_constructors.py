@@ -53,7 +53,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of a given type of shape from masses or densities."""
+        """Build homogeneous bodies of a given shape from their masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)

@@ -61,14 +61,16 @@ class Body(BodyConstructors):
                   frame of the body [M L^2 T^-1]. The total momentum is J w + rotor. The inertia
                   includes the rotors, as if they were at rest
 
-    The principal moments must be positive, and none may exceed the sum of the other two. This
-    condition is checked to a relative tolerance of 1e-12, so plates and rods are accepted. If the
-    inertia is a non-diagonal matrix, its least principal moment must exceed 2e-10 times the largest
-    one. Because of rounding, a smaller moment would have at most six correct digits.
+    The principal moments must be positive, and none may exceed the sum of the other two. The
+    condition on the principal moments is checked to a relative tolerance of 1e-12, so plates and
+    rods are accepted. If the inertia is a non-diagonal matrix, its least principal moment must
+    exceed 2e-10 times the largest one. Because of rounding, a smaller moment would have at most six
+    correct digits.
 
     Raises TypeError if an argument is not numeric, and ValueError if the values do not describe a
     rigid body. Warns (UserWarning) if no mass distribution has the given inertia about the fixed
-    point, unless `unphysical` is True. The attribute `unphysical` of such a body is True.
+    point, unless `unphysical` is True. The attribute `unphysical` is True for every body whose
+    inertia no mass distribution has.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -289,9 +291,9 @@ class Body(BodyConstructors):
     def axes(self) -> Quaternion:
         """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        If the inertia is diagonal, the axes of the frame of description are the principal axes.
-        Otherwise, the principal axes are right-handed and as close as possible to the axes of this
-        frame. For a Lagrange top, T is along the symmetry axis.
+        If the inertia is diagonal, the axes of the frame of description are the principal axes. For
+        a non-diagonal inertia matrix, the principal axes are right-handed and as close as possible
+        to the axes of the frame of description. For a Lagrange top, T is along the symmetry axis.
         """
         *_, w, x, y, z, _, _, _, _ = unpack("15d", self._block)
         return w, x, y, z
@@ -312,15 +314,15 @@ class Body(BodyConstructors):
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
-        The conditions for each kind are checked to a relative tolerance of 7e-15, which allows for
-        rounding errors in the parameters. A body with a rotor is of kind 'general', except for
-        'euler' and 'lagrange' bodies whose rotor lies along the symmetry axis.
+        The conditions for each kind of body are checked to a relative tolerance of 7e-15, which
+        allows for rounding errors. A body with a rotor is of kind 'general', except for 'euler' and
+        'lagrange' bodies whose rotor lies along the symmetry axis.
         """
         return body_kind(self._block, KIND_RTOL)
 
     @cached_property
     def _nearby_kind_message(self) -> str:
-        """Text about a kind to which the body is close (relative deviation 1e-8 or less), or ''."""
+        """Message naming a kind that the body matches only approximately (to 1e-8), or ''."""
         near, own = KIND_RTOL, self.kind
         while near < 1e-8:
             near *= 2.0
@@ -336,9 +338,9 @@ class Body(BodyConstructors):
 
 
 class ThinRods(Body):
-    """Thin rods on a line through the fixed point, which can only be joined to other bodies.
+    """Thin rods that lie on one line through the fixed point and must be joined to another body.
 
-    The moment of inertia about this line is zero.
+    The moment of inertia about the line of the rods is zero.
     """
 
     def __init__(

@@ -72,7 +72,7 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Convert an argument to a parameter whose values have the shape `value` and are finite.
+    """Convert an argument to a parameter with finite values, each of the shape `value`.
 
     An argument that is already a Parameter is returned unchanged. `what` describes the expected
     form in error messages.
@@ -127,7 +127,7 @@ def parse_non_negative(name: str, given: object) -> Parameter:
 def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions, in which the stride is zero, to length 1.
 
-    By default, all dimensions are reduced, otherwise only the first `lead`.
+    If `lead` is given, only the first `lead` dimensions are reduced.
     """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
@@ -136,7 +136,7 @@ def collapse_broadcast_axes(values: Column, lead: int | None = None) -> Column:
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
-    """Cache the results of `change`, so that columns with shared memory are converted only once."""
+    """Cache the results of `change`, so that arrays sharing memory are converted only once."""
     made: dict[tuple[object, ...], Column] = {}
 
     def apply_cached_change(held: Column) -> Column:
@@ -178,15 +178,15 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
 
 
 def shape_of(*words: Parameter) -> Shape:
-    """Return the common shape of the parameters in `words`."""
+    """Return the shape to which the given parameters broadcast."""
     return common_shape([each.name for each in words], [each.shape for each in words])
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
     """Name each dimension after the only parameter that varies along it.
 
-    The parameter must be a scalar that varies along no other dimension. All other dimensions have
-    the name None.
+    A dimension can be named only after a scalar parameter that varies along no other dimension. All
+    other dimensions have the name None.
     """
     if not shape:
         return ()
@@ -223,7 +223,7 @@ def compute_in_blocks(
 ) -> Array:
     """Compute vectors of length `width` block by block, so that the data fit into the cache.
 
-    `compute` receives the components of the given columns.
+    For each array in `given`, `compute` receives the tuple of its vector components.
     """
     out = np.empty((*shape, width))
     rows = out if shape else out[None]

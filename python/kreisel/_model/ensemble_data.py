@@ -182,8 +182,9 @@ class EnsembleStorage(Batch[S]):
         """The names of the dimensions.
 
         If exactly one parameter varies along a dimension, the dimension is named after this
-        parameter. The parameter must be a scalar that varies along no other dimension. Any other
-        dimension k is named 'dim_k', or 'top' if it is the only dimension.
+        parameter. A dimension can be named only after a scalar parameter that varies along no other
+        dimension. All other dimensions are named 'dim_k', where k is the index; a single dimension
+        is named 'top'.
         """
         return self._dimension_names
 
@@ -290,7 +291,7 @@ def make_member_error(
 
 
 def parse_momentum_parameter(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the single given parameter that determines the momentum.
+    """Return the parameter that determines the momentum.
 
     Raises ValueError unless exactly one of momentum, velocity, body_momentum and body_velocity is
     given.

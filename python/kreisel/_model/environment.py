@@ -127,8 +127,9 @@ def refuse_disturbances(
 ) -> None:
     """Raise ValueError if a scene or an ensemble has disturbances other than those in `allowed`.
 
-    The message contains `what`, the names of the other disturbances, and `reason`. If the support
-    only rotates about e3, the message suggests the inertial frame instead.
+    The message consists of `what`, the names of the disturbances that are not allowed, and
+    `reason`. If the only disturbance is a rotation of the support about e3, a hint to use the
+    inertial frame replaces `reason`.
     """
     found = [name for name in list_disturbances(tops) if name not in allowed]
     if not found:
@@ -140,7 +141,7 @@ def refuse_disturbances(
 
 
 def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, Array]]:
-    """Parse the environment parameters of an ensemble, and return them with their columns.
+    """Parse the environment parameters of an ensemble, and convert them to columns.
 
     Optional parameters that are None are omitted.
     """
@@ -164,7 +165,7 @@ def parse_environments(given: Environment) -> tuple[list[Parameter], dict[str, A
 
 
 def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
-    """Raise the exception of `check` for the first invalid value."""
+    """Raise the exception that `check` raises for the first invalid value."""
     values = made.values
     bad = np.zeros(made.shape, dtype=np.bool_)
     if made.name == "friction":
@@ -177,7 +178,7 @@ def _raise_if_invalid(made: Parameter, check: Callable[[Any], object]) -> None:
 
 
 def _parse_dampings(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
-    """Parse `damping`, and return it with the damping constants along the principal axes."""
+    """Parse `damping`; return the parameter and the damping constants along the principal axes."""
     nothing = np.zeros(3)
     if given is None:
         return Parameter("damping", nothing, (3,)), nothing

@@ -34,12 +34,12 @@ def to_radians(name: str, value: object, degrees: bool) -> Vector:
 
 
 def cos(x: R) -> R:
-    """Return the cosine, with bitwise equal results for floats and arrays."""
+    """Return the cosine of a float or an array; both give bitwise equal results."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine, with bitwise equal results for floats and arrays."""
+    """Return the sine of a float or an array; both give bitwise equal results."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
@@ -54,8 +54,8 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     """Compute the attitude of a body from its Euler angles.
 
-    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` and
-    `start` represent the unrotated body in the core.
+    The Euler angles describe a body-fixed frame whose third axis is the apex. `unturned` is the
+    core data of a scene with the unrotated body, and `start` is its initial state.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -109,7 +109,7 @@ def check_steady(
 
 
 def refuse_steady_rotor(body: Body | Bodies) -> None:
-    """Raise ValueError for a body with a rotor, for which the formulas are invalid."""
+    """Raise ValueError for a body with a rotor, because steady=True does not support rotors."""
     if np.any(body.rotor):
         raise ValueError("steady=True does not support bodies with rotors")
 
@@ -150,8 +150,8 @@ def compute_steady_rate(
     W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here I1
     and I3 are the transverse and axial moments of inertia, and m g l is the largest torque of
     gravity. The larger root is computed without cancellation, and the smaller one from the product
-    of the roots. Raises ValueError if no steady precession exists; the message then states the
-    least spin for which one exists.
+    of the roots. Raises ValueError, with the least possible spin in the message, if no steady
+    precession exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

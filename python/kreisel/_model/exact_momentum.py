@@ -19,7 +19,7 @@ _Rational = tuple[Fraction, ...]
 def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
     """Add an angular impulse to a momentum, and return the sum with its low-order words.
 
-    The low-order words of the initial momentum are `low`. In case of overflow, the sums are
+    `low` contains the low-order words of the initial momentum. In case of overflow, the sums are
     infinite or NaN.
     """
     x, y, z = map(_add_with_low_word, momentum, low.tolist(), impulse)

@@ -78,7 +78,7 @@ def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
 
 
 def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
-    """Return an error message for inertia that no mass distribution has, with likely causes."""
+    """Return an error message that explains why no mass distribution has the given inertia."""
     rest = add_point_mass(tensor, -mass, np.array(com))
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (

@@ -20,11 +20,12 @@ def angular_momentum(
 ) -> tuple[R, R, R]:
     """Compute the angular momentum in the space frame from one of the four initial conditions.
 
-    The initial condition has the name `name` and the value `v`. `q` is the attitude, `moments` are
-    the principal moments of inertia, and `axes` is the rotation from the principal axes to the body
-    frame. `rotor` has components along the principal axes. If the support rotates with the angular
-    velocity `turning` in space, velocities are relative to the support. Zero components of `rotor`
-    and `turning` must be -0.0, because adding -0.0 leaves every floating-point number unchanged.
+    `name` is the name of the given initial condition, and `v` is its value. `q` is the attitude,
+    `moments` are the principal moments of inertia, and `axes` is the rotation from the principal
+    axes to the body frame. `rotor` has components along the principal axes. If the support rotates
+    with the angular velocity `turning` in space, velocities are relative to the support. Zero
+    components of `rotor` and `turning` must be -0.0, because adding -0.0 leaves every
+    floating-point number unchanged.
     """
     if name == "momentum":
         return v

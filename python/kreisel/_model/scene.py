@@ -176,12 +176,12 @@ class Scene:
 
     @cached_property
     def _resolvable_horizon(self) -> float:
-        """A time [T] up to which `check_horizon` is certain to raise no error."""
+        """A time [T] up to which `check_horizon` never raises an error."""
         return 0.5 * _COUNTABLE / self._rotation_rate if self._rotation_rate > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
-        """The state at t = 0 (t, q, m) as an array of shape (1, 8)."""
+        """The state (t, q, m) at t = 0, as an array of shape (1, 8)."""
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
     @property
@@ -207,9 +207,9 @@ class Scene:
 
         - Scene: gravity, damping, turning, shaking, friction, body (a Body or kr.Bodies), attitude
           or attitude_xyzw, and one of momentum, velocity, body_momentum, body_velocity. By default,
-          the momentum in the space frame is unchanged.
+          the momentum in the space frame is that of this scene.
 
-        - Body: mass, inertia, com, rotor. Momentum and attitude are unchanged.
+        - Body: mass, inertia, com, rotor. Momentum and attitude are those of this scene.
 
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric
           unless steady=True. Omitted values, and the remaining Euler angles and rates, are taken
@@ -274,13 +274,13 @@ class Scene:
         """Build a scene from z-x-z Euler angles (precession, nutation, spin) and their rates.
 
         The angles are path.precession_angle, .nutation and .spin_angle at t = 0 [rad], and the
-        rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation about
-        the line of nodes, and spin about the apex, the direction of the centre of mass. If the apex
-        is the third axis of the frame of description, the attitude is
+        rates are their time derivatives [T^-1]. Precession is a rotation about e3, nutation is
+        about the line of nodes, and spin is about the apex (the direction of the centre of mass).
+        If the apex is the third axis of the frame of description, the attitude is
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        Otherwise, the angles describe a body-fixed frame whose third axis is the apex.
+        For any other apex, the angles describe a body-fixed frame whose third axis is the apex.
 
         degrees  True: angles and rates are in degrees; the arguments gravity to friction are as in
                  Scene
@@ -332,7 +332,7 @@ class Scene:
 
         Raises ValueError for a body that is not symmetric about its apex, and for steady=True with
         a rotor or a moving support. Also raises ValueError if no steady precession exists. The
-        message then states the least spin for which one exists.
+        error message states the least spin for which steady precession exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -360,11 +360,11 @@ class Scene:
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
-        A multi-line str is TOML text; any other argument is a file name. The keys are the
-        parameters of Scene and, in the table [body], of Body. The keys of Scene may be replaced by
-        a table [from_euler] or [spinning] with the parameters of that constructor. Similarly, a
-        table such as [body.cuboid] may replace the keys of Body. Raises ValueError for unknown
-        keys.
+        A multi-line str is TOML text; any other argument is a file name. The top-level keys are the
+        parameters of Scene, and the keys of the table [body] are those of Body. Instead of the keys
+        of Scene, a table [from_euler] or [spinning] may give the parameters of the constructor of
+        that name. A table such as [body.cuboid] may likewise replace the keys of Body. Raises
+        ValueError for unknown keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -376,7 +376,7 @@ class Scene:
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML text; if `path` is given, also write the text to this file.
 
-        Scene.from_toml reads this text and returns an equal scene.
+        Passing this text to Scene.from_toml gives an equal scene.
         """
         body = self.body
         start: dict[str, object] = {
@@ -420,9 +420,9 @@ class Ensemble(EnsembleConstructors[Scene]):
 
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
     scenes or, if there are several dimensions, ensembles. Each member is bitwise equal to the
-    kr.Scene with the same parameters. Attitudes given in single precision may differ in the last
-    bit. Values that do not vary are stored only once. Two ensembles are equal if all their
-    parameters are equal.
+    kr.Scene with the same parameters. Attitudes given in single precision may differ from those of
+    kr.Scene in the last bit. Values that do not vary are stored only once. Two ensembles are equal
+    if all their parameters are equal.
 
     Raises TypeError and ValueError like Scene; the message gives the index of the first invalid
     value.

@@ -1,6 +1,7 @@
 """Validation of the constructor arguments of a scene.
 
-Plain numbers are validated by the core. All other arguments are checked one by one.
+Plain numbers are validated by the core. Arguments other than plain numbers are validated one by one
+in Python.
 """
 
 from __future__ import annotations

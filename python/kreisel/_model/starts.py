@@ -5,8 +5,8 @@ axes, and let J be the inertia tensor. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
-is the amended potential (Smale 1970). An initial state therefore exists if U(P) <= energy, for any
-direction of w. The length of w follows from the energy without cancellation.
+is the amended potential (Smale 1970). For each P with U(P) <= energy, an initial state exists for
+any direction of w. The length of w is computed from the energy without cancellation.
 
 Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
 energy surface is dP dalpha / sqrt(<P, J P>), and random initial states are drawn from this
@@ -149,8 +149,9 @@ def starts(
               centres of cells of equal size. A cell is omitted if no start exists at its centre
 
     The heading of a top affects neither its energy nor its vertical momentum, so each attitude is
-    the smallest rotation from the upright position. Raises ValueError if no such state exists; the
-    message states the least possible energy. Also raises ValueError for a body with a rotor.
+    the smallest rotation from the upright position. Raises ValueError if no initial state has the
+    given energy and vertical momentum; the message states the least possible energy. Also raises
+    ValueError for a body with a rotor.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -265,7 +266,7 @@ def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the unit sphere, which are rectangles in height and azimuth."""
+    """Cells on the unit sphere, each bounded by two heights and two azimuths."""
 
     height: Array
     angle: Array

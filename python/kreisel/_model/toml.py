@@ -17,7 +17,7 @@ _MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a d
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """Read and parse TOML text, or the file `source` if this string has a single line."""
+    """Parse `source`, which is TOML text if it has several lines, and a file name otherwise."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
     with open(
@@ -72,8 +72,9 @@ def call_constructor(
 ) -> _T:
     """Call the constructor `make` with the entries of a table as keyword arguments.
 
-    Raises ValueError for unknown and missing keys. `elsewhere` maps keys of other tables to a
-    phrase for the error message. The error message may also suggest the keys in `others`.
+    Raises ValueError for unknown and missing keys. For each key that belongs to another table,
+    `elsewhere` contains a phrase for the error message. The error message may also suggest the keys
+    in `others`.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

@@ -19,8 +19,8 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body described by a TOML table.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. The key `rotor` may be added to either form. `elsewhere` maps keys of other tables
-    to a phrase for the error message.
+    constructor. The key `rotor` is allowed beside a table of constructor parameters. For each key
+    that belongs to another table, `elsewhere` contains a phrase for the error message.
     """
     words = dict(check_table("body", table))
     if not MAKERS.keys() & words.keys():

@@ -93,7 +93,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _vary_environment(scene: Any, given: Mapping[str, Any]) -> Environment:
-    """Return the environment parameters of a scene, with some replaced by arrays."""
+    """Replace the given environment parameters of a scene by arrays, and return all of them."""
     words = {name: given.get(name) for name in _AROUND}
     for name, value in words.items():
         own = np.asarray(getattr(scene, name))
@@ -147,8 +147,8 @@ def _parse_spin_start(
 ) -> _Start:
     """Compute the Euler angles and rates for varied values of spin, tilt or precession.
 
-    Parameters that do not vary are taken from the scene. The flags `steady` select steady
-    precession, and the faster of its two rates.
+    Parameters that do not vary are taken from the scene. The two flags in `steady` request steady
+    precession and, of its two rates, the faster one.
     """
     now = _compute_euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -185,7 +185,7 @@ def _make_parameter_in_degrees(name: str, radian: float, degrees: bool) -> Param
 
 
 def _parse_euler_start(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Return the parameters `given`, and the Euler angles and rates.
+    """Return the varied parameters, and the Euler angles and rates computed from them.
 
     Parameters that do not vary are taken from the scene.
     """

@@ -19,7 +19,7 @@ CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 class RunStart(NamedTuple):
-    """The time [T] of a run's initial state, and the low-order words of that state or None.
+    """The time [T] of a run's initial state, and the low-order words of that state, if any.
 
     The time is nonzero only after a `push`, a `reset` or a change of the scene.
     """
@@ -28,14 +28,14 @@ class RunStart(NamedTuple):
     low: Array | None = None
 
     def to_json(self) -> list[object] | None:
-        """Return a JSON representation, or None for the default origin."""
+        """Return a JSON representation of the origin, or None for the default origin."""
         if not self.begin and self.low is None:
             return None
         return [self.begin, None if self.low is None else self.low.tolist()]
 
     @classmethod
     def from_json(cls, value: object) -> RunStart:
-        """Return the origin described by numbers in a header. Raises TypeError or ValueError."""
+        """Build an origin from its JSON representation. Raises TypeError or ValueError."""
         if value is None:
             return ORIGIN
         if not isinstance(value, list) or len(value) != 2:
@@ -70,8 +70,8 @@ def record_states_at_unordered_times(
 ) -> CoreResult:
     """Compute the states at times in any order, positive or negative.
 
-    Negative and positive times are computed in separate runs. If one of these runs fails, the
-    result contains only the states of this run before the failure.
+    Negative and positive times are computed in separate runs. If a run fails, the result contains
+    only the states that this run reached before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_extended_precision else None

@@ -26,10 +26,10 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class EventColumns(NamedTuple):
-    """Events of several tops, stored as columns of equal length e.
+    """Events of several tops, stored as columns of equal length.
 
-    `top` is the row of the top, and `states` and `low` are the state and its low-order words.
-    `which` and `direction` are the index and the direction of the event.
+    `top` contains row indices of tops, and `states` and `low` contain states and their low-order
+    words. `which` and `direction` contain the indices and the directions of the events.
     """
 
     top: Counts
@@ -156,7 +156,7 @@ class EnsembleBuffers:
         self.add_events_and_failures(begin, part)
 
     def add_events_and_failures(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, choices and events of `part`, whose first row has index `begin`."""
+        """Add the failures, chosen steps and events of `part`, with rows shifted by `begin`."""
         if part is self:
             return
         if part.last:
@@ -169,7 +169,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Mark tops that have not run as interrupted, with NaN as their values."""
+        """Mark all tops that are still to be run as interrupted, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         values = self.states, self.reduced, self.low, self.tangents, self.tangents_low

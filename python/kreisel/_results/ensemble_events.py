@@ -63,7 +63,7 @@ def join_events(met: list[EventColumns]) -> EventColumns:
 
 
 def ensemble_events(met: EventColumns, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Return the recorded events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
+    """Build an EnsembleEvents object from the recorded events of an ensemble of the given shape."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

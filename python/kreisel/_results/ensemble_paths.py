@@ -212,7 +212,7 @@ class Paths(EnsembleResult, QuantityAttributes):
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        The parameters that vary, `status` and `reached` are stored as coordinates. In other
+        Varying parameters are stored as coordinates, and so are `status` and `reached`. In other
         respects, the Dataset has the same form as that returned by Path.to_xarray.
         """
         from .ensemble_tables import dataset

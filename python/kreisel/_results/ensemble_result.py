@@ -70,12 +70,12 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The absolute value of the step size [T], or None if the method chose it or has none."""
+        """The absolute step size [T], or None if the method has no steps or chose them itself."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """The tolerance used, or None if the method chose it or has none."""
+        """The tolerance used, or None if the method has no tolerance or chose it itself."""
         return self._options.solve.tol
 
     @property
@@ -107,7 +107,7 @@ class EnsembleResult(ReadOnlyArrays):
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
 
-        Each name is that of a constant in kreisel.h without its prefix.
+        The names are those of the status constants in kreisel.h, without their prefix.
         """
         return self._reshape_to_ensemble(np.array(STATUSES)[self._buffers.status])
 
@@ -115,7 +115,7 @@ class EnsembleResult(ReadOnlyArrays):
     def failed(self) -> npt.NDArray[np.intp]:
         """(f,) the indices of the tops that did not reach their last time.
 
-        The shape is (f, dimensions), or (f,) if the ensemble has exactly one dimension.
+        Unless the ensemble is one-dimensional, the shape is (f, dimensions) for f failed tops.
         """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
@@ -151,7 +151,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._reshape_to_ensemble(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return why the top at `index` failed, or 'success' if it did not fail."""
+        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
         i = find_flat_index(self.shape, index)
         if i is None:
             raise IndexError(
@@ -163,8 +163,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if every top reached its final time.
 
         Raises kreisel.Error for the first top that did not reach its final time. The error message
-        states the index of the failed top and the number of all failed tops. The attribute `path`
-        of the exception is the path of this top, and `paths` is this result.
+        states the index of the failed top and the number of all failed tops. The exception has the
+        attributes `path`, the path of the failed top, and `paths`, this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

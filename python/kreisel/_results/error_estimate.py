@@ -3,9 +3,8 @@
 A Taylor series in 20-digit arithmetic is far more accurate than any run in double precision, even
 if the motion strongly amplifies rounding errors. For fast tops, a closed form is a cheaper
 reference. However, closed forms are evaluated in double precision, and they treat a nearly
-integrable body as exactly integrable. A closed form is therefore used only if the body is exactly
-integrable. In addition, the estimated error must be far larger than the rounding errors of the
-closed form.
+integrable body as exactly integrable. A closed form is used as reference only if the body is
+exactly integrable and the estimated error far exceeds the rounding errors of the closed form.
 """
 
 from __future__ import annotations
@@ -97,8 +96,9 @@ def compute_rounding_effects(scene: Scene, digits: int = 16) -> Array:
 
     Each column is divided by the relative rounding error. For at most 16 digits, the rounding error
     of the momentum is proportional to the largest moment of inertia and the estimated angular
-    velocity. For more digits, the core stores the momentum in the frame of the body. Rounding the
-    attitude then also rotates the momentum, and each component has its own rounding error.
+    velocity. For more digits, the core stores the momentum in the frame of the body. With the
+    momentum in the body frame, rounding the attitude also rotates the momentum, and each component
+    has its own rounding error.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rotation_rate] * 3)
@@ -141,9 +141,9 @@ def estimate_rounding_growth(
     The amplification is the change of attitude [rad] divided by the relative rounding error. The
     estimate is based on tangents from the Taylor series, regardless of the method that computed the
     path. For at most 16 digits, the largest amplification of any single rounding error is returned.
-    For more digits, the effects of all rounding errors are combined as independent errors. The
-    amplification is infinite if a tangent overflows. Returns the core result of the run used for
-    the estimate, and the amplification. If the run fails, the states after the failure are missing.
+    For more digits, all rounding errors are combined as if they were independent. The amplification
+    is infinite if a tangent overflows. Returns the core result of the run used for the estimate,
+    and the amplification. If the run fails, the states after the failure are missing.
     """
     directions, most = compute_rounding_effects(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -40,8 +40,8 @@ def run_jobs(
     """Run jobs in parallel, and pass the key and the future of each finished job to `collect`.
 
     `poll` is called regularly. After an exception or Ctrl-C, waiting jobs are cancelled, and `stop`
-    is called to end the running jobs. The results of finished jobs are then passed to `collect`,
-    and the exception is raised again. After an exception, run_jobs waits for jobs that run in
+    is called to end the running jobs. Before the exception is raised again, the results of all
+    finished jobs are passed to `collect`. After an exception, run_jobs waits for jobs that run in
     threads, but not for jobs in other processes.
     """
     running: dict[Future[_R], _K] = {}

@@ -53,7 +53,7 @@ def build_indicator_frame(indicator: IndicatorWithClasses, tops: Ensemble | None
 
 
 def build_indicator_dataset(indicator: IndicatorWithClasses, tops: Ensemble | None) -> Dataset:
-    """Return a Dataset with the indicator of each top over time, and the classification."""
+    """Return a Dataset that contains each top's indicator over time and its classification."""
     with optional_dependency(TABLES):
         import xarray as xr
     axes = () if tops is None else tops.axes

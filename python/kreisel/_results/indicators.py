@@ -101,11 +101,11 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def threshold(self) -> float:
-        """The value of `final_megno`, 4, above which a motion is classified as chaotic.
+        """The value of `final_megno` (4) above which a motion is classified as chaotic.
 
         MEGNO tends to 2 for a regular motion. For a chaotic motion, MEGNO is about half the product
-        of the Lyapunov exponent and t. Every indicator therefore uses MEGNO to classify motions.
-        Source: Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
+        of the Lyapunov exponent and t. All indicators use MEGNO to classify motions. Source:
+        Cincotta and Simo, Astronomy and Astrophysics Supplement Series 147 (2000).
         """
         return THRESHOLD
 
@@ -207,7 +207,7 @@ class Indicator(ReadOnlyArrays):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        The columns are the parameters that vary, the indicator under its own name, `final_megno`,
+        The columns are the varying parameters, the indicator under its own name, `final_megno`,
         `is_chaotic`, `doubt`, `certificate`, `turns` and `status`. `attrs` contains the units.
         Raises ImportError if pandas is not installed.
 
@@ -224,8 +224,7 @@ class Indicator(ReadOnlyArrays):
         """Return an xarray.Dataset with the indicator over time and the classification of each top.
 
         The dimensions are those of the ensemble; the indicator has time as an additional dimension.
-        The parameters that vary are stored as coordinates. Raises ImportError if xarray is not
-        installed.
+        Varying parameters are stored as coordinates. Raises ImportError if xarray is not installed.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.asymmetric.vary(gravity=[0.5, 1.0])

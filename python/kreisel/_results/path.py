@@ -124,15 +124,15 @@ class Path(ReadOnlyArrays, Tables):
         """The estimated error of the attitude [rad], as the maximum over all states.
 
         The reference for the estimate is a closed form if one applies exactly and is sufficiently
-        accurate. Otherwise, the reference is a Taylor series in 20-digit arithmetic. A 30-digit
-        series is used if `digits` was passed to solve, or if the closed form deviates too much from
-        the 20-digit series.
+        accurate. If no closed form is suitable, the reference is a Taylor series in 20-digit
+        arithmetic. A 30-digit series is used if `digits` was passed to solve, or if the closed form
+        deviates too much from the 20-digit series.
 
         For a path computed with 30 digits, the error is estimated from the growth of rounding
         errors and from three computations with shorter steps. A path computed with
-        method='geometric' may not store the attitude. In this case, the value is the error that was
-        estimated during the choice of the step. If nothing is known about the attitude, the value
-        is pi.
+        method='geometric' may not store the attitude. If the attitude is not stored, the value is
+        the error that was estimated when the step was chosen. If nothing is known about the
+        attitude, the value is pi.
         """
         if not len(self):
             return 0.0
@@ -178,7 +178,7 @@ class Path(ReadOnlyArrays, Tables):
     def __call__(self, t: Numbers) -> Path:
         """Return the path of the same motion at other times.
 
-        The states are bitwise identical to those that kreisel.solve returns for these times.
+        The states are bitwise identical to those that kreisel.solve returns for the same times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between
            the start and the end of the path [T]
@@ -239,7 +239,7 @@ class Path(ReadOnlyArrays, Tables):
         """The time [T] of the initial state of `path.scene`.
 
         The value is 0 unless the path is from a kreisel.Run that has been pushed, reset or changed.
-        For such a run, the value is the time of the last change before the path begins.
+        If the run was changed, the value is the time of the last change before the path begins.
         """
         return self._origin.begin
 
@@ -318,7 +318,8 @@ class Path(ReadOnlyArrays, Tables):
         """Return this path as a picture for display in notebooks.
 
         Returns None if matplotlib is not installed, if the path is empty or too long, or if a
-        quantity needed for the picture is missing. In this case, the notebook displays the repr.
+        quantity needed for the picture is missing. If no picture is returned, the notebook displays
+        the repr.
         """
         drawn = {"apex", "nutation", "precession_angle"}
         is_stored = self.want is None or drawn.issubset(self.want)
@@ -434,8 +435,8 @@ class Interrupted(RunStop, KeyboardInterrupt):
 def make_stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status with which a run ended.
 
-    The exception is a RunStop that contains the path, unless the input was invalid. `where` is a
-    text that states the time reached by the run.
+    The exception is a RunStop that contains the path, unless the input was invalid. The text
+    `where` states the time that the run reached.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]

@@ -41,8 +41,8 @@ def report_end(path: Path, progress: Progress | None) -> Path:
 def add_events(path: Path, met: CoreEvents) -> Path:
     """Return a copy of a path with recorded events.
 
-    `met` contains the states at the events with their low-order words, and the indices and
-    directions of the events.
+    `met` contains the state at each event, its low-order words, and the index and direction of the
+    event.
     """
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)

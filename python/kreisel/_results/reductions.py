@@ -105,8 +105,8 @@ class Reductions(EnsembleResult):
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per reduction, such as nutation_max.
 
-        Variables have units. The dimensions of the Dataset are those of the ensemble. The
-        parameters that vary, `status` and `reached` are stored as coordinates. Raises ImportError
+        Variables have units. The dimensions of the Dataset are those of the ensemble. Varying
+        parameters are stored as coordinates, and so are `status` and `reached`. Raises ImportError
         if xarray is not installed.
         """
         from .ensemble_tables import build_reduction_dataset
@@ -116,8 +116,8 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        There is one column per reduced component, such as nutation_max or apex_z_mean. The
-        parameters that vary, `status` and `reached` are stored as columns. `attrs` contains the
+        There is one column per reduced component, such as nutation_max or apex_z_mean. Varying
+        parameters are stored as columns, and so are `status` and `reached`. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import build_reduction_frame

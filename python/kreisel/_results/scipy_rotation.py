@@ -18,7 +18,7 @@ class Attitudes(Rotation):
     """Rotations that support read-only arrays, such as those of a path.
 
     Without this class, SciPy 1.17 raises an exception for read-only arrays. Inverses, products and
-    subsets of these rotations accept read-only arrays as well.
+    subsets of Attitudes are Attitudes as well.
     """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:

@@ -68,7 +68,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Select the e entries of `rows`, an array of shape (tops, n, ...), that contain states."""
+        """Select the entries that contain states from `rows`, an array of shape (tops, n, ...)."""
         whole = bool(self._state_mask.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._state_mask])
 
@@ -76,7 +76,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def top(self) -> Counts:
         """(e,) the index of the top of each state.
 
-        The shape is (e, dimensions), or (e,) if the ensemble has exactly one dimension.
+        Unless the ensemble is one-dimensional, the shape is (e, dimensions) for e states.
         """
         row: Counts = np.nonzero(self._state_mask)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)

@@ -95,7 +95,7 @@ def load_path(
 ) -> tuple[PathFields, tuple[PathFields, Integers, Integers] | None]:
     """Read a path from a file of `size` bytes, together with its events if there are any.
 
-    The events are returned as a path that contains their states, with their indices and directions.
+    The events are returned as a tuple: a path of their states, their indices and their directions.
     Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)

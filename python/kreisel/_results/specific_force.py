@@ -1,7 +1,7 @@
 """Readings of body-mounted gyroscopes and accelerometers.
 
 Let U be the angular velocity relative to the support, and O the angular velocity of the support,
-both in the body frame. The angular velocity in the inertial frame is then W = U + O. Since O is
+both in the body frame. Then W = U + O is the angular velocity in the inertial frame. Since O is
 constant in the turning space, O' = O x U and W' = U' + O x U.
 """
 
@@ -32,7 +32,7 @@ SPECIFIC_FORCE = Quantity(
 
 
 def transform_to_body_frame(q: Array, vector: Array) -> Array:
-    """Return the components of a space vector in each body frame with the attitude in q (n, 4)."""
+    """Return the components of a space vector in each body frame whose attitude is a row of q."""
     w, x, y, z = q.T
     a, b, c = (np.full(len(q), component) for component in vector)
     return np.stack(quaternion.turn_back((w, x, y, z), (a, b, c)), axis=-1)

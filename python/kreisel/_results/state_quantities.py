@@ -102,7 +102,7 @@ class States(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of the attributes, without quantities that are not stored."""
+        """Return the names of the attributes, excluding quantities that are not stored."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -118,7 +118,7 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a suggestion."""
+            """Raise AttributeError with a message that suggests what to do instead."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -185,12 +185,12 @@ class States(QuantityAttributes):
         The first three rows are changes of attitude, expressed as rotation vectors in the body
         frame [rad]. The other three rows are changes of momentum in space [M L^2 T^-1].
 
-        With "start", the first six columns are the derivatives with respect to the initial state;
-        they form an identity matrix at t = 0. The requested derivatives with respect to scene
-        parameters follow in this order: the moments (3), the centre of mass (3), gravity, mass,
-        damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of mass and the
-        rotor are given by their components along the principal axes. Each column contains the
-        derivatives with respect to one parameter at constant initial momentum.
+        If "start" was requested, the first six columns are the derivatives with respect to the
+        initial state; at t = 0, they form an identity matrix. The requested derivatives with
+        respect to scene parameters follow in this order: the moments (3), the centre of mass (3),
+        gravity, mass, damping (3), rotor (3), turning (3), shaking (3) and friction. The centre of
+        mass and the rotor are given by their components along the principal axes. Each column
+        contains the derivatives with respect to one parameter at constant initial momentum.
         """
         return self._tangents().high
 
@@ -210,8 +210,8 @@ class States(QuantityAttributes):
         The steps are chosen for the accuracy of the path, not for that of the tangents.
 
         For a kreisel.ExactTorus, the estimate is the largest difference between the tangents
-        computed with orders 6 and 8. The difference is divided by the magnitude of the tangent or,
-        if the tangent is small, by the magnitude of the state.
+        computed with orders 6 and 8. Differences are relative to the magnitude of the tangent or,
+        for small tangents, to that of the state.
         """
         return self._tangents().truncation
 
@@ -236,10 +236,10 @@ class States(QuantityAttributes):
         Derivatives that do not exist are NaN. The derivatives of the Euler angles do not exist if
         the apex is vertical. Derivatives with respect to com do not exist if com is zero and the
         quantity depends on the direction of the apex. The functions `kowalewski` and
-        `goryachev_chaplygin` are conserved only for special bodies. The derivatives of these
-        functions are NaN for parameters whose variation violates the conditions on the body. These
-        parameters are the moments of inertia, and the component of com along the axis of the
-        unequal moment.
+        `goryachev_chaplygin` are conserved only for special bodies. Derivatives of `kowalewski` and
+        `goryachev_chaplygin` are NaN for parameters whose variation violates the conditions on the
+        body. The conditions are violated by variations of the moments of inertia, and of com along
+        the axis of the unequal moment.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
@@ -312,8 +312,8 @@ class States(QuantityAttributes):
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
         The conserved energy is E + step <torque, m> / (2 I1), where I1 is the transverse moment of
-        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the step in
-        this formula is negative if the path runs backwards in time.
+        inertia. The values are NaN unless the body is a Lagrange top. Like `path.step`, the
+        argument `step` is negative if the path runs backwards in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
@@ -329,9 +329,9 @@ class States(QuantityAttributes):
     def energy_error(self) -> float:
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        Both maxima are over all states; E0 is the initial energy and T is the kinetic energy. The
-        value is zero if the path has no states. The value is NaN for scenes with damping, friction
-        or a shaken support, because the energy is then not conserved.
+        E0 is the initial energy, T is the kinetic energy, and both maxima are taken over all
+        states. The value is zero if the path has no states. The value is NaN for scenes with
+        damping, friction or a shaken support, because the energy is then not conserved.
         """
         if self.scene._is_losing_energy or self.scene._is_shaken:
             return np.nan

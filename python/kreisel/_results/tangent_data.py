@@ -27,7 +27,8 @@ class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
     The truncation error is the largest magnitude among the last retained terms of the Taylor
-    series. `by` lists the parameters of the derivatives in the order used by the core.
+    series. `by` lists the parameters with respect to which the derivatives are taken, in the core's
+    order.
     """
 
     high: Array

@@ -11,10 +11,10 @@ from .._utils.validation import Array
 def estimate_turn_times(tops: Ensemble) -> Array:
     """Estimate the time [T] that each top takes to turn once.
 
-    The time is 2 pi divided by a rate. The rate is the larger of the angular velocity (|m| + |h|) /
-    I and the pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of
-    inertia, and h the angular momentum of the rotor. The gravity used here includes the largest
-    acceleration of a shaken support. For a free top at rest, the time is defined as 1.
+    The time is 2 pi / w, where w is the larger of the angular velocity (|m| + |h|) / I and the
+    pendulum frequency sqrt(mass |gravity| |com| / I). Here, I is the largest moment of inertia, and
+    h the angular momentum of the rotor. The value of gravity includes the largest acceleration of a
+    shaken support. For a free top at rest, the time is defined as 1.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)
