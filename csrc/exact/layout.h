@@ -12,8 +12,8 @@ enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
 } kr_theta;
-/* A phase that grows at a constant rate: the rate [turns per unit of time] and the initial value
- * [turns], each in two words. */
+/* A phase that grows at a constant rate. The rate [turns per unit of time] and the initial value
+ * [turns] are each stored as a sum of two doubles. */
 typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;

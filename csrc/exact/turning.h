@@ -38,7 +38,7 @@ static double turning_angle(dd minus, dd plus)
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
 /* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
- * rate is at most `tol` times the magnitude of its terms. */
+ * rate is at most `tol` times the sum of the absolute values of its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
