@@ -79,8 +79,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the transformation to be applied to the attitudes of a body, or returns 0 if none is
- * needed. If `below` is nonzero, the solution was computed with up and down interchanged. */
+/* Writes the transformation of the attitudes of a body. Returns 0 if no transformation is needed.
+ * If `below` is nonzero, the solution was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -134,7 +134,7 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to one of the queues, or returns 0 if the vectorized code does not apply. */
+/* Adds a top to one of the queues. Returns 0 if the vectorized code cannot process the top. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {

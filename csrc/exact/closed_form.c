@@ -1,4 +1,4 @@
-/* Set-up, states and turning points of the closed-form solution for a single scene. This file is
+/* Set-up, states and turning points of the closed-form solution for a single top. This file is
  * compiled once for each instruction set, because double-double products are three times faster
  * with fused multiply-add. */
 #include "dispatch.h"

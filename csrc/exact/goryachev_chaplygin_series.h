@@ -15,8 +15,8 @@
 #include "goryachev_chaplygin_state.h"
 
 enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
-/* The largest number of samples of the heading rate, enough for 256 by 1024 or 512 by 512
- * intervals. */
+/* The largest number of samples of the heading rate. The limit permits grids of 256 by 1024 or 512
+ * by 512 intervals. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
 /* Intermediate results of setting up the series. */

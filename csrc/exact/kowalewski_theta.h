@@ -4,8 +4,8 @@
  * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
  * roots. Each theta sum contains terms of only some of the classes. The rules were found
  * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests the
- * rules for classes and signs with 1e6 random tops. Solutions are rejected if the sums disagree
- * with states of the top. The constants of S and T are the null vector of the equations
+ * rules for classes and signs with 1e6 random tops. A solution is rejected if its theta sums do not
+ * reproduce known states of the top. The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R are found by linear least squares.
  *

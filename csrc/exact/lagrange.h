@@ -215,9 +215,9 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
- * nonzero. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1
- * - u)/2 at the extreme heights. */
+/* Sets the theta series of alpha, beta and the horizontal momentum. If `dual` is nonzero, the
+ * series use the dual nome. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2
+ * and |beta|^2 = (1 - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -351,7 +351,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Computes quantities that all later stages of the set-up need. */
+/* Computes the quantities on which all other stages of the set-up depend. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);

@@ -48,7 +48,8 @@ typedef struct kr_turning_form {
     double sum, difference, inertia, axial_energy, lever;
 } kr_turning_form;
 
-/* A compile-time assertion: if the condition is false, declares an array type of negative size. */
+/* Causes a compilation error if the condition is false, by declaring an array type of negative
+ * size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
 KR_CHECK_LAYOUT(kr_exact_is_laid_out,
                 sizeof(kr_exact) == sizeof(kr_exact_form) &&

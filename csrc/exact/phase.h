@@ -1,6 +1,6 @@
-/* Phases and rates of closed-form solutions, and functions of the attitude for their set-up. Angles
- * are measured in turns, because whole turns can then be dropped without rounding errors. This
- * header is compiled once for each instruction set and number of lanes (lane_types.h). */
+/* Functions for the phases, rates and attitudes of closed-form solutions. Angles are measured in
+ * turns, because whole turns can then be dropped without rounding errors. This header is compiled
+ * once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"

@@ -158,7 +158,7 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j of a table to `sum`. The coefficients after the j-th in row j are
+/* Adds `weight` times row j of a table to `sum`. In row j, all coefficients after the j-th are
  * zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
