@@ -109,8 +109,7 @@ static void begin_torus(kr_torus *torus)
     torus->momentum = 1.0;
     torus->frame = q_one();
 }
-/* Converts a solution to the user's units and axes, or to internal units and working axes if `own`
- * is nonzero. */
+/* Converts a solution to the user's axes and units, or to internal ones if `own` is nonzero. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -135,9 +134,9 @@ static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind, int own)
                ? KR_ERR_METHOD
                : KR_OK;
 }
-/* Returns the largest relative deviation of a body from the conditions for the closed-form
- * solution. Two of the principal moments must equal `ratio` times the third one. The centre of mass
- * must lie in the plane perpendicular to the third axis. */
+/* Returns the largest relative deviation from the following two conditions on a body. Two of the
+ * principal moments must equal `ratio` times the third one. The centre of mass must lie in the
+ * plane perpendicular to the third axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

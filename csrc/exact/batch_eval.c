@@ -80,8 +80,8 @@ static void states(const kr_exact_form *exact, batch *b, int count)
         fill(&e, 1, 1, b, n);
     if (e.framed != 0.0) frame(&e, b, n);
 }
-/* Replaces the states for times that are too late for the vectorized code. The function
- * state_beyond computes the new states. Because late times are rare, a branch-free loop first
+/* Recomputes the states at times beyond the range of the vectorized code. The function state_beyond
+ * computes the new states. Because times beyond this range are rare, a branch-free loop first
  * checks whether a block contains any. */
 static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {

@@ -1,7 +1,7 @@
-/* Set-up of closed-form solutions for many tops at once. Each vector lane processes one heavy top,
- * and its results are bitwise identical to those of the scalar code (lane_types.h). Other tops,
- * such as torque-free bodies and vertical tops at rest, are processed one by one. This file is
- * compiled once for each instruction set. */
+/* Set-up of closed-form solutions for many tops at once. Each vector lane processes one heavy top.
+ * The results are bitwise identical to those of the scalar code (lane_types.h). Other tops, such as
+ * torque-free bodies and vertical tops at rest, are processed one by one. This file is compiled
+ * once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -33,7 +33,7 @@ typedef struct body_data {
     kr_swing swing;
 } body_data;
 
-/* Indices of the numbers that describe a top in the queue. */
+/* Indices of the quantities that a queue stores for each top. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -57,7 +57,7 @@ typedef struct batch_queue {
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Computes the data that depend on the body alone. */
+/* Computes the data that depend only on the body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -79,8 +79,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the transformation to be applied to the attitudes of a body, or returns 0 if none is
- * needed. If `below` is nonzero, the solution was computed with up and down interchanged. */
+/* Writes the transformation of the attitudes of a body. Returns 0 if no transformation is needed.
+ * If `below` is nonzero, the solution was computed with up and down interchanged. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -119,8 +119,8 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Predicts whether the largest root of the cubic, u3, is isolated from the other two. The guess
- * uses the cubic in u of this motion,
+/* Predicts whether the largest root u3 of a cubic polynomial is isolated from the other two. The
+ * guess uses the cubic in u of this motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops with the same predicted branch are grouped, so that most vectors compute only one branch. A
  * wrong prediction costs time but does not change the results. The unit of the momentum `m` is the
@@ -134,7 +134,7 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to one of the queues, or returns 0 if the vectorized code does not apply. */
+/* Adds a top to one of the queues. Returns 0 if the vectorized code cannot process the top. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -145,7 +145,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* Exponents beyond 1000 could cause overflow or underflow. */
+    /* Scale factors above 2^1000 or below 2^-1000 could cause overflow or underflow. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -167,7 +167,7 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Multiplies the attitudes by rotations, leaving lanes with an identity rotation bitwise
+/* Multiplies the attitudes by rotations; an identity rotation leaves an attitude bitwise
  * unchanged. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
@@ -185,7 +185,7 @@ INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
-/* Converts the tops of a group to working axes and internal units. */
+/* Converts the tops of a group to internal axes and units. */
 INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
@@ -218,7 +218,7 @@ INLINE mask is_moving(const exact_top *top)
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
 /* The result of setting up a group, as bit masks with one bit per lane. `alone` marks tops that
- * must be set up individually. `refused` marks the tops whose rates overflow. */
+ * must be set up individually. `refused` marks tops for which a rate overflows. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -251,8 +251,7 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* A request for many tops, and the scalar functions for tops that must be processed
- * individually. */
+/* A batch computation, and the scalar functions for tops that must be processed individually. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
     const kr_exact_request *request;

@@ -1,4 +1,4 @@
-/* Set-up, states and turning points of the closed-form solution for a single scene. This file is
+/* Set-up, states and turning points of the closed-form solution for a single top. This file is
  * compiled once for each instruction set, because double-double products are three times faster
  * with fused multiply-add. */
 #include "dispatch.h"
@@ -31,8 +31,8 @@ static kr_exact_form lagrange_closed_form(const exact_top *top, dd half_turn)
     }
     return s.exact;
 }
-/* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is in working
- * axes and internal units. */
+/* Computes the closed-form solution for a scene. If `own` is nonzero, the solution is expressed in
+ * internal axes and units. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;
@@ -72,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning_form r = turning_downwards(&top.own, -2.0 * top.half_turn.hi);
-    /* The apex lies on the positive or negative third working axis. */
+    /* The apex lies in the positive or negative direction of the third internal axis. */
     r.critical_spin += (behind ? -2.0 : 2.0) * top.half_turn.hi;
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);

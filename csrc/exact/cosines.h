@@ -34,8 +34,8 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Computes the sine series of the integral of an even function minus its average. The array `v`
- * contains samples of the function at n + 1 angles from 0 to pi. */
+/* Subtracts the average from an even function, and computes the sine series of the integral. The
+ * array `v` contains samples of the function at n + 1 angles from 0 to pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;

@@ -109,7 +109,7 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-/* Processes a request one top at a time. */
+/* Computes the requested solutions and states one top at a time. */
 static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
 {
     for (size_t i = 0; i < request->n; i++) {

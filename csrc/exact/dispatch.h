@@ -7,7 +7,7 @@
 #include "math/isa.h"
 
 /* Scalar functions of the closed-form solution, implemented in closed_form.c. If `own` is nonzero,
- * the solution is in working axes and internal units. */
+ * the solution is expressed in internal axes and units. */
 typedef struct kr_exact_scalar {
     kr_status (*plan)(const kr_scene *scene, int own, kr_exact_form *exact);
     kr_state (*state)(const kr_exact_form *exact, double t);
@@ -21,12 +21,12 @@ typedef struct kr_exact_maps {
 /* Evaluates many states (batch_eval.c). */
 typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[],
                                kr_state out[]);
-/* A request for the states of n tops. If `plans` is not NULL, the closed-form solutions are written
- * to this array. The array `states` receives `times` consecutive states for each top. If
- * `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops share the
- * same times. The array `status` receives the result of kr_exact_plan for each top. No solution and
- * no states are written for a top whose set-up fails. All results are bitwise equal to those of
- * kr_exact_plan and kr_exact_state. */
+/* Arguments and results of a batch computation for n tops. If `plans` is not NULL, the closed-form
+ * solutions are written to this array. The array `states` receives `times` consecutive states for
+ * each top. If `own_times` is nonzero, the times of top i start at t[i * times]; otherwise all tops
+ * share the same times. The array `status` receives the result of kr_exact_plan for each top. No
+ * solution and no states are written for a top whose set-up fails. All results are bitwise equal to
+ * those of kr_exact_plan and kr_exact_state. */
 typedef struct kr_exact_request {
     size_t n;
     const kr_scene *scenes;
@@ -49,7 +49,7 @@ typedef struct kr_exact_batch_isa {
 /* Returns the i-th instruction set of the batch code, starting with the widest, or NULL after the
  * last one. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
-/* Processes a request with the widest instruction set that this processor supports. */
+/* Performs a batch computation with the widest instruction set that this processor supports. */
 void kr_exact_run(const kr_exact_request *request);
 
 extern const kr_exact_scalar kr_exact_scalar_base, kr_exact_scalar_avx2;
@@ -69,7 +69,7 @@ const kr_exact_isa *kr_exact_isa_at(int i);
 /* Equivalents of kr_exact_state and kr_exact_states for a kr_exact_form. */
 kr_state kr_exact_form_state(const kr_exact_form *form, double t);
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[]);
-/* Computes the closed-form solution in working axes and internal units, for the method `exact`. */
+/* Computes the closed-form solution for the method `exact`, in internal axes and units. */
 kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
 /* Returns 0 if the initial tilt and velocity of the axis are nonzero but too small for the
  * closed-form solution. The time that an upright top takes to fall depends on the logarithm of its

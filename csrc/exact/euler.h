@@ -109,8 +109,9 @@ static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], c
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 -
- * c^2. For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
+/* Returns the rate of the phases of alpha and beta, and writes agm(1, k') to `mean`. The argument
+ * `flat` is 1 - c^2. For small c, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a
+ * division by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -125,8 +126,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part of the argument of both series is an
- * incomplete elliptic integral of the first kind. The largest values of |beta| (`above`) and
- * |alpha| (`below`) determine the scale factors of the series. */
+ * incomplete elliptic integral of the first kind. The scale factors of the series follow from the
+ * largest values of |alpha| and |beta|. */
 static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -137,6 +138,7 @@ static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, do
     const double y = -a->sense * fmin(average.hi * b, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
+    /* `above` and `below` are the largest values of |beta| and |alpha|. */
     const double above = sqrt(0.5 * (1.0 + c)),
                  below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
     exact->curve = dual ? EULER_DUAL : EULER;

@@ -41,8 +41,8 @@ static const kr_torus_form *find_torus_form(kr_kind kind)
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
-/* Returns the number of doubles that a top needs in addition to its kr_exact_form. The additional
- * memory holds the current solution, and a new one during its set-up. */
+/* Returns the number of doubles that must be stored for a top in addition to its kr_exact_form. The
+ * additional memory holds the current solution and, during a set-up, a new one. */
 static size_t torus_doubles(const kr_torus_form *form)
 {
     return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);

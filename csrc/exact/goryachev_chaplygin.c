@@ -309,8 +309,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
 }
-/* Converts a validated scene to the axes and units of the closed-form solution. Rounding errors in
- * the vertical momentum, which must be zero, are discarded. */
+/* Converts a validated scene to the axes and units of the closed-form solution. The vertical
+ * momentum must be zero, so its rounding error is discarded. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {

@@ -86,8 +86,8 @@ static void sort_curve_roots(chaplygin_curve *o)
         o->order[at] = i;
     }
 }
-/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED on success, or the reason for refusing a
- * degenerate motion. */
+/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED on success, or the reason for the
+ * failure. */
 static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
@@ -178,7 +178,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* Samples of both integrands on an arc, and their weighted sums. */
+/* Samples and weighted sums of the two integrands on an arc. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -224,7 +224,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Evaluates one of the two sine series of an arc, selected by `which`. */
+/* Evaluates one of the two sine series of an arc; `which` is its index. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

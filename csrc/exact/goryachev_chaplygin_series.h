@@ -15,8 +15,8 @@
 #include "goryachev_chaplygin_state.h"
 
 enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
-/* The largest number of samples of the heading rate, enough for 256 by 1024 or 512 by 512
- * intervals. */
+/* The largest number of samples of the heading rate. The limit permits grids of 256 by 1024 or 512
+ * by 512 intervals. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
 /* Intermediate results of setting up the series. */
@@ -38,7 +38,7 @@ static double wave_at(const cosine_table *t, int M, int is_sine, int order, int 
               up = at <= 2 * M ? at : 4 * M - at;
     return t->c[up * (GRID / (2 * M))].hi;
 }
-/* Looks up exp(-i pi j/2M) in the table, where j is the argument `at`. */
+/* Returns exp(-i pi j/2M) for j = `at`, using the table of cosines. */
 static cx unit_at(const cosine_table *t, int M, int at)
 {
     return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
@@ -254,8 +254,8 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* Amplitudes and frequencies of a pair of terms of the heading rate. The two frequencies are a
- * multiple of the first angle's rate plus or minus a multiple of the second's. */
+/* Amplitudes and frequencies of a pair of terms of the heading rate. The frequencies are the sum
+ * and the difference of multiples of the two angles' rates. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

@@ -2,8 +2,8 @@
  * times. The kernel has no branches and calls no function other than sqrt, so compilers can
  * vectorize loops over times. Results are bitwise identical for all vector widths. This header is
  * compiled once for each instruction set, so that its loops use the available vector instructions.
- * In the code, e denotes the closed-form solution, and a, b and h denote alpha, beta and the
- * horizontal momentum (lane_types.h). */
+ * In the code, e denotes the closed-form solution. The letters a, b and h denote alpha, beta and
+ * the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -204,7 +204,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* Without fused multiply-add, exact products with longer time spans would overflow. */
+/* The longest time span whose exact products do not overflow without fused multiply-add. */
 static const double longest = 0x1p990;
 /* Returns 1 if the state at the time `span` after the initial time can be computed. The phases must
  * not exceed 2^50 turns, because doubles must resolve their fractional parts. */

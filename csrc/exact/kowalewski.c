@@ -32,7 +32,7 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, acr
     top->l = start.vertical;
     return KR_OK;
 }
-/* Sets the phase of the factor e from the initial attitude `q`. */
+/* Sets the initial phase of the complex factor e from the initial attitude `q`. */
 static void set_phase(kr_theta_sums *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
@@ -94,10 +94,10 @@ static double miss_on_torus(const kr_theta_sums *plan, const kowalewski_curve *o
     }
     return miss;
 }
-/* Computes the theta sums, or the dual sums if `dual` is nonzero, and the error certificate. The
- * function analyse_curve must be called first. Writes an error estimate that excludes the error of
- * the frequencies, or INFINITY on failure. Returns KR_KOWALEWSKI_PLANNED on success, or the reason
- * why the motion is refused. */
+/* Computes the theta sums and the error certificate. If `dual` is nonzero, the dual sums are
+ * computed instead. The function analyse_curve must be called first. Writes an error estimate to
+ * `error`, or INFINITY on failure. The estimate does not include the error of the frequencies.
+ * Returns KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
 static kr_kowalewski_refusal fill_plan(kowalewski_memory *memory, const kowalewski_top *top,
                                        kr_quat attitude, int dual, double *error)
 {

@@ -1,7 +1,7 @@
-/* Averages over the two arcs of a Kowalewski top, and the frequencies of its motion. The frequency
- * of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this integrand,
- * at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the contribution of
- * each pole is therefore integrated in closed form:
+/* Frequencies of the motion of a Kowalewski top, computed from averages over its two arcs. The
+ * frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of this
+ * integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
+ * contribution of each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
  * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
  * numerator at the pole.
@@ -28,8 +28,8 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
     if (!(fabs(other.hi) > 1e-3 * fabs(difference.hi))) return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Finds the poles that contribute to the heading's integrand on an arc, and returns their
- * number. */
+/* Finds the poles that contribute to the heading's integrand on an arc. Returns the number of
+ * poles. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -51,7 +51,7 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     }
     return count;
 }
-/* Samples of the integrands on one arc, and their weighted sums. */
+/* Samples and weighted sums of the integrands on one arc. */
 typedef struct samples {
     dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
     dd sum[3];
@@ -155,8 +155,8 @@ static void integrate_arc(const kowalewski_curve *o, kowalewski_arc *arc, const 
         v->v[1][i] = dd_sub(v->v[1][i], dd_mul(o->root[arc->high], v->v[0][i]));
     for (int i = 0; i < 2; i++) integrate_samples(v->v[i], table, arc->points, arc->sine[i]);
 }
-/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2.
- * Subtracting the base from w avoids cancellation if w varies little. */
+/* Computes the contributions of arc j to the periodic functions theta1 - x1 and theta2 - x2. The
+ * value of w at the upper end is subtracted to avoid cancellation if w varies little. */
 static void set_sines(const kowalewski_curve *o, kowalewski_arc arc[2], int j, double det)
 {
     const dd base = o->root[arc[j].high];

@@ -136,8 +136,8 @@ static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[
 /* The accurate difference between a root e of phi and a nearby branch point a, which is k or -k.
  * Since a^2 + c = 1 and e^2 + c = l^2/(2 (e + h)),
  *     (a - e)(a + e)(e + h) = e + h - l^2/2.
- * The member `resolution` measures the loss of digits by cancellation in the smallest of the three
- * factors. */
+ * The member `resolution` measures the cancellation in the smallest factor on the left-hand
+ * side. */
 typedef struct close_roots {
     int apply; /* 1 if this loses fewer digits to cancellation than a - e */
     dd apart;
@@ -233,8 +233,7 @@ static void refine_gaps(const kowalewski_curve *o, const dd product[3], arc_gaps
 /* Computes the distances of w1 and w2 from the ends of their arcs in the state p, q, r, g1, g2, g3.
  * With z = (r x + g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
  *     (k - w1)(k - w2) = (Im z/q)^2,   (w1 + k)(-k - w2) = (Re z/q)^2.
- * Both products, together with the result of product_at_end, determine the distances to full
- * precision. */
+ * These two products and the result of product_at_end determine the distances to full precision. */
 static arc_gaps separate(const kowalewski_curve *o, const dd y[6])
 {
     const int low = o->order[o->real - 2], least = o->order[0];
@@ -356,8 +355,8 @@ static dd modulus_for(dd height)
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
 /* Chooses Landen transformations that move singularities away from an arc. Each transformation
- * removes one singularity near the real axis, but brings the others about twice as close. Returns
- * sinh |Im x| of the nearest remaining singularity. */
+ * removes one singularity near the real axis, but roughly halves the distances of the others from
+ * the axis. Returns sinh |Im x| of the nearest remaining singularity. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -389,7 +388,7 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
 /* Chooses the scale of an arc so that its averages converge as fast as possible. The argument
- * `scale` is the optimal scale if all branch points are real. */
+ * `scale` is optimal if all branch points are real. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);
@@ -434,7 +433,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Applies the inverse of unfold to the sine and cosine of x. */
+/* Converts the sine and cosine of x to those of the transformed variable y. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {

@@ -3,12 +3,13 @@
  * by terms that do not cancel. With z = theta + i beta, the sum of the terms of a class r is
  *     const sum_k exp(2 pi i k r - (z - 2 pi k) B^-1 (z - 2 pi k)/2),
  * where k runs over the dual of the lattice of the class, shifted according to its signs. A common
- * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted, because it is
- * included in e. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the remaining sum is
+ * factor of all sums is omitted. The factor exp(-i theta B^-1 beta) is omitted from the sums,
+ * because the factor e includes it. With theta between -2 pi and 2 pi and k = (k1, k2)/4, the
+ * remaining sum is
  *     sum of c[k1, k2] exp((k1 a1 + k2 a2) / 4),  a = 2 pi B^-1 theta.
- * The constants of linear combinations of the classes are fitted, because these combinations have
- * fewer terms. Poisson summation is exact. The rules that assign classes and signs to terms were
- * found numerically and have not been proved (kowalewski_theta.h). The study
+ * The constants are fitted for linear combinations of the classes, because these contain fewer
+ * terms. Poisson summation is exact. The rules that assign classes and signs to terms were found
+ * numerically and have not been proved (kowalewski_theta.h). The study
  * validation/studies/torus_edges.py compares states with 30-digit solutions near every known kind
  * of separatrix.
  *
@@ -18,8 +19,9 @@
 #include "kowalewski_state.h"
 #include "kowalewski_theta.h"
 
-/* Linear combinations of the classes of terms in one sum. The element weight[b][i] is the weight of
- * class i in combination b. There are as many combinations as classes. */
+/* Linear combinations of the classes into which the terms of a sum are divided. The element
+ * weight[b][i] is the weight of class i in combination b. There are as many combinations as
+ * classes. */
 typedef struct dual_basis {
     int count, first[CLASSES], second[CLASSES]; /* 2 r of each class */
     int half[2][CLASSES];                       /* twice the shifts of each class */
@@ -97,7 +99,7 @@ static void make_basis(int kind, int sum, dual_basis *b)
             for (int part = 0; part < 2; part++) {
                 double weight[CLASSES] = {0.0};
                 for (int i = 0; i < b->count; i++) {
-                    /* Classes whose lattices have different shifts cannot be combined. */
+                    /* Classes can be combined only if their lattices have equal shifts. */
                     if (b->half[0][i] != b->half[0][which] || b->half[1][i] != b->half[1][which])
                         continue;
                     const cx f = factor_of_class(b, kind, sum, i, k / 8, k % 8);
@@ -218,7 +220,7 @@ static double growth_at(const growth_lanes *w, const dual_term *n)
 {
     return w->one[WIDE_MOST + n->k1] * w->two[n->k2 & 3][(n->k2 + WIDE_MOST) / 4];
 }
-/* At the selected samples, adds a term to every linear combination in which it occurs. */
+/* Adds the contribution of a term to each linear combination at the selected samples. */
 static void add_dual_term(theta_work *w, const dual_work *d, int sum, int which, const dual_term *n,
                           sample_choice choice)
 {

@@ -18,9 +18,8 @@
 enum { OTHERS = 4, NODES_MOST = 256 /* largest number of nodes for a unit of u */ };
 
 /* An integral counts as converged if a refinement changes it by less than SETTLED or WELL_SETTLED,
- * relative to its size. With the limit SETTLED, the error may reach 1e-12 if a weak singularity is
- * close to the path, and is otherwise negligible. With the limit WELL_SETTLED, only rounding errors
- * remain. */
+ * relative to its size. With the limit SETTLED, errors can reach 1e-12, but only if a weak
+ * singularity is close to the path. With the limit WELL_SETTLED, only rounding errors remain. */
 #define SETTLED 1e-9
 #define WELL_SETTLED 1e-14
 
@@ -263,8 +262,8 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
 /* Adds to b a multiple of the normalized integral over a path. The integral is taken on the sheet
- * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path starts at the root with
- * index `from` and leads to a pole. */
+ * on which F = i l at the pole. At the pole, tan^2(x/2) = `most`. The path leads from the root with
+ * index `from` to a pole. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -300,7 +299,7 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx w
 }
 /* Adds to b the integral from the arc of w1 to a real pole. The path starts at the root above the
  * pole. If the pole lies to the left of the complex pair, the path starts at a complex root
- * instead. The rest of the integral equals half a row of B. */
+ * instead. The integral from the arc to the start of the path is zero or half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {

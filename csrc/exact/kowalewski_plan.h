@@ -126,9 +126,9 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Returns the rate of the heading, corrected by integer multiples of half the torus angles' rates.
- * These integers are found from the initial rate of A = S + T or of B = S - T, whichever is larger.
- * Up to the contribution of D,
+/* Returns the rate of the heading after adding integer multiples of half the rates of the torus
+ * angles. These integers are found from the initial rate of A = S + T or of B = S - T, whichever is
+ * larger. Up to the contribution of D,
  *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6], const cx sum[2], const cx slope[2])
 {
@@ -312,7 +312,7 @@ static int fill_dual_sums(kr_theta_sums *plan, theta_work *t, dual_work *d, cons
     return 1;
 }
 /* Returns the largest of several error estimates for the theta sums. The estimates include the
- * misfit of the angular velocity, the asymmetry of B and the error of the heading rate. */
+ * residual of the fitted angular velocity, the asymmetry of B and the error of the heading rate. */
 static double error_of_sums(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
@@ -330,8 +330,8 @@ static kr_kowalewski_refusal make_sums(kowalewski_work *w, const dd state[6], kr
     *heading = find_heading(w, state, sum, slope);
     return fill_sums(plan, &w->theta) ? KR_KOWALEWSKI_PLANNED : KR_KOWALEWSKI_TERMS;
 }
-/* Computes the dual sums and the rate of the heading. Returns 0 if no dual sums satisfy the
- * equations. */
+/* Computes the dual sums and the rate of the heading. Returns 0 if no dual sums are accurate
+ * enough, or if they have too many terms. */
 static int make_dual_sums(kowalewski_work *w, const dd state[6], kr_theta_sums *plan, dd *heading)
 {
     theta_work *t = &w->theta;
@@ -375,7 +375,7 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
     return refusal;
 }
 /* Computes the roots, arcs, periods, samples and rates that determine the theta sums. Returns
- * KR_KOWALEWSKI_PLANNED on success, or the reason why the motion is refused. */
+ * KR_KOWALEWSKI_PLANNED on success, or the reason for the failure. */
 static kr_kowalewski_refusal analyse_curve(const kowalewski_top *top, kowalewski_work *w)
 {
     kowalewski_curve *o = &w->curve;

@@ -20,7 +20,7 @@ typedef struct kowalewski_roots {
     double sign[5];
 } kowalewski_roots;
 
-/* The factors of a state that depend only on the position on one arc. */
+/* Quantities in the formulas for the state that depend only on the point on one arc. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
@@ -151,8 +151,8 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
 }
 /* Computes the point on an arc where Kowalewski's variable has the distance `gap` from the upper
  * end. If the lower end is finite, `rest` is the distance from this end. The direction of motion
- * follows from `next`, the value of `gap` at a later time. Returns 0 if the point is so close to an
- * end of the arc that the sine or cosine of x/2 is at most `least`. */
+ * follows from `next`, the value of `gap` at a later time. Returns 0 if sin(x/2) or cos(x/2) is at
+ * most `least`, as near an end of the arc. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd rest,
                          dd next, double least, arc_point *out)
 {
@@ -222,9 +222,9 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
            make_point_at(o, &arc[1], gap.below, gap.below, next.below, least, &point[1]);
 }
 /* Determines the signs of the square roots and the initial angles on the torus. The signs are
- * determined from an early state that is not close to an end of an arc. If w1 or w2 changes slowly,
- * a state closer to an end is accepted. Because slow states depend little on the angles, the
- * returned error is divided by the velocity. */
+ * determined from the first state whose points are not close to the ends of the arcs. If w1 or w2
+ * changes slowly, points closer to the ends are accepted. The returned error is divided by the
+ * state's rate of change, because a slow motion hides errors in the angles. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])

@@ -12,8 +12,8 @@ enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
 /* Powers of exp(i theta1/2) and exp(i theta2/2), as real and imaginary parts. The power exp(i k
  * theta1/2) is stored at index k of re1 and im1. The power exp(i k theta2/2) is stored at index (k
- * + WIDE_MOST)/2 of re2 and im2. Powers with even and odd k are stored in separate arrays, so that
- * the powers for a row are contiguous. */
+ * + WIDE_MOST)/2 of re2 and im2. Powers with even and odd k are stored separately, so that each row
+ * of coefficients uses contiguous powers. */
 typedef struct wave_lanes {
     wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];

@@ -4,8 +4,8 @@
  * with beta = 0 for P, Q and R. The classes and signs of the terms depend on the order of the real
  * roots. Each theta sum contains terms of only some of the classes. The rules were found
  * numerically and have not been proved. The study validation/studies/torus_accuracy.py tests the
- * rules for classes and signs with 1e6 random tops. Solutions are rejected if the sums disagree
- * with states of the top. The constants of S and T are the null vector of the equations
+ * rules for classes and signs with 1e6 random tops. A solution is rejected if its theta sums do not
+ * reproduce known states of the top. The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R are found by linear least squares.
  *
@@ -26,8 +26,8 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
  * the six orders are -k e k, e -k k, e -k e e k, e e -k e k, -k e e e k, and e e e -k k. */
 enum { KIND_THREE, KIND_THREE_LOW, KIND_A, KIND_B, KIND_C, KIND_C_LOW, KINDS };
 
-/* A term of a theta sum, excluding the constant factor of its class. The values of a term in two
- * sums are stored, because they may differ in sign. */
+/* A term of a theta sum, excluding the constant factor of its class. A separate value is stored for
+ * each of two sums, because the signs may differ. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
@@ -79,7 +79,7 @@ static int class_of(int kind, int k1, int k2)
 /* Returns 1 if a sum contains terms of the class with the given index. */
 static int has_class(int kind, int sum, int index)
 {
-    /* Bit i of each number is set if the sum contains terms of class i. */
+    /* Bit i of an entry is set if the sum contains terms of class i. */
     static const unsigned char classes[KINDS][SUMS] = {
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},

@@ -95,9 +95,9 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Recomputes the smaller of a and b as product / (larger * beside) to avoid cancellation. The mask
- * `smaller_a` marks the lanes in which a is smaller than b. If both a and b are zero, they are left
- * unchanged. */
+/* Recomputes the smaller of a and b from the known product a * b * beside to avoid cancellation.
+ * The mask `smaller_a` marks the lanes in which a is smaller than b. If both a and b are zero, they
+ * are left unchanged. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
@@ -109,7 +109,8 @@ static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd 
 /* Replaces small distances, which suffer from cancellation, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * The argument `top` is nonzero if about_start computed the roots. */
+ * The argument `top` is nonzero if the roots were computed by expansion about the initial
+ * height. */
 static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
@@ -164,8 +165,8 @@ static turning turning_heights(const initial *s)
 }
 /* Writes the rates nu, k1 and k2, and returns agm(1, k'). The rate k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
- * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. For k2,
- * the sum starts from u2 or u3, whichever is farther from the pole. */
+ * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. The sum
+ * for k2 starts from u2 or u3, whichever is farther from the pole. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -214,9 +215,9 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
- * nonzero. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1
- * - u)/2 at the extreme heights. */
+/* Sets the theta series of alpha, beta and the horizontal momentum. If `dual` is nonzero, the
+ * series use the dual nome. The scale factors of alpha and beta follow from |alpha|^2 = (1 + u)/2
+ * and |beta|^2 = (1 - u)/2 at the extreme heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -350,7 +351,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Computes quantities that all later stages of the set-up need. */
+/* Computes the quantities on which all other stages of the set-up depend. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);

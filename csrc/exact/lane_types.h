@@ -4,7 +4,7 @@
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). All quantities that grow
  * with time are double-doubles, so that the errors of states do not grow. The common denominator
- * theta4(X) cancels, because q is normalized.
+ * theta4(X) cancels when q is normalized.
  *
  * This header is compiled for each instruction set, both with and without KR_EXACT_LANES. With
  * KR_EXACT_LANES, each number is a vector with one lane per top (math/simd.h). The result in each
@@ -29,7 +29,7 @@
  * dual nome is smaller than the nome if K' < K, for example near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* Counterparts, with one lane per top, of the types in kreisel.h and layout.h. */
+/* Vector versions of the types in kreisel.h and layout.h, with one lane per top. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;
@@ -48,7 +48,7 @@ typedef struct theta_lanes {
 typedef struct phase_lanes {
     wide fast, slow, start, more;
 } phase_lanes;
-/* A kr_exact_form with one lane per top, but without the members `framed` and `frame`. */
+/* The vector version of kr_exact_form, without the members `framed` and `frame`. */
 typedef struct exact_lanes {
     wide period, precession, spin, begin, curve;
     phase_lanes nutation, first, second;
@@ -77,7 +77,7 @@ INLINE mask is_dual(const kr_exact_form *e)
 }
 #endif
 /* Copies the lanes that the mask m selects, and leaves the other lanes of `to` unchanged. Both
- * arguments point to structures that consist entirely of lanes. */
+ * arguments must point to structures whose members are all vectors. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {
@@ -93,8 +93,8 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A scene in working axes and internal units. The converted attitude and the vector weight * com
- * are not rounded to doubles. */
+/* A top and its initial state in internal axes and units. The converted attitude and the vector
+ * weight * com are not rounded to doubles. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */

@@ -12,8 +12,8 @@ enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
 } kr_theta;
-/* A phase that grows at a constant rate: the rate [turns per unit of time] and the initial value
- * [turns], each in two words. */
+/* A phase that grows at a constant rate. The rate [turns per unit of time] and the initial value
+ * [turns] are each stored as a sum of two doubles. */
 typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
@@ -48,7 +48,8 @@ typedef struct kr_turning_form {
     double sum, difference, inertia, axial_energy, lever;
 } kr_turning_form;
 
-/* A compile-time assertion: if the condition is false, declares an array type of negative size. */
+/* Causes a compilation error if the condition is false, by declaring an array type of negative
+ * size. */
 #define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
 KR_CHECK_LAYOUT(kr_exact_is_laid_out,
                 sizeof(kr_exact) == sizeof(kr_exact_form) &&

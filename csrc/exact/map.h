@@ -191,8 +191,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Returns the attitude after k steps and the momentum during the last step. If k is too large to
- * compute the phases, returns the initial state. */
+/* Returns the attitude after k steps and the momentum during the last step. Returns the initial
+ * state if k is too large for the phases to be computed. */
 static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
     const kr_exact_form *curve = &map->curve;
@@ -233,7 +233,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     map_link k;
     int below = top.own.lever.hi < 0.0;
     /* The first pass determines whether up and down are exchanged, and the second pass uses the
-     * result. Further passes would not change the result. */
+     * result. More than two passes would not change the result. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);

@@ -204,8 +204,8 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind. The distances 1 + u2 and 1 - u1 between the extreme heights
- * and the poles are set as well. */
+ * elliptic integrals of the first kind. Also sets the distances 1 + u2 and 1 - u1 of the extreme
+ * heights from the poles. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;

@@ -1,14 +1,14 @@
-/* Phases and rates of closed-form solutions, and functions of the attitude for their set-up. Angles
- * are measured in turns, because whole turns can then be dropped without rounding errors. This
- * header is compiled once for each instruction set and number of lanes (lane_types.h). */
+/* Functions for the phases, rates and attitudes of closed-form solutions. Angles are measured in
+ * turns, because whole turns can then be dropped without rounding errors. This header is compiled
+ * once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
 /* The functions factors_of_kind and factors_at write the real and imaginary parts of alpha, beta
  * and the horizontal momentum. The phase factors are included, but q is not yet normalized and the
- * frame is not yet applied. The function factors_of_kind requires that all lanes have series of the
- * same kind, whereas factors_at does not. */
+ * frame is not yet applied. Only factors_of_kind requires that all lanes use series of the same
+ * kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -102,7 +102,7 @@ static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
-/* Replaces q with the product q * by, which applies the rotation `by` first. */
+/* Multiplies q by `by` from the right, so that the rotation `by` is applied first. */
 static inline void turn_first(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};

@@ -1,14 +1,15 @@
-/* Conversion of a scene to the working axes and internal units of the closed-form solution. The
- * error of a state must not grow with time. No value that determines a rate is therefore rounded to
- * double precision: the attitude and mass * gravity * com are double-double products, and the units
- * are powers of two. This header is compiled once for each instruction set, because double-doubles
- * are faster with fused multiply-add. */
+/* Conversion of a scene to the axes and units in which the closed-form solution is computed. The
+ * internal axes are the working axes defined in method.h. The error of a state must not grow with
+ * time. No value that determines a rate is therefore rounded to double precision: the attitude and
+ * mass * gravity * com are double-double products, and the units are powers of two. This header is
+ * compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
 #include "single.h"
 
-/* A top in internal units, and the data for the conversion back to the user's units. */
+/* A top in internal axes and units, and the data for converting results to the user's units. */
 typedef struct described_top {
     exact_top own;
     dd half_turn; /* half of -rotor / I3, the change of the rate of the spin by the rotor */
@@ -16,8 +17,8 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Computes the rotation that maps the third working axis of a spherical body to the direction of
- * its centre of mass. The rotation corrects the rounding error of the working axis. Returns
+/* Computes the rotation that maps the third internal axis of a spherical body to the direction of
+ * its centre of mass. The rotation corrects the rounding error of the internal axis. Returns
  * |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
@@ -35,8 +36,9 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half the rate that the rotor adds to the spin, in internal units. If the axes are tilted,
- * rounding errors affect the components of the rotor momentum, but not its norm. */
+/* Returns half the rate that the rotor adds to the spin, in internal units. If the axes of a
+ * spherical body are rotated, rounding changes the components of the rotor momentum, but not its
+ * norm. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;
@@ -49,7 +51,7 @@ static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_uni
     }
     return dd_scale(-0.5, dd_div(size, dd_of(per_moment * w->inertia.z)));
 }
-/* Converts a valid scene to the working axes and units of the closed-form solution. */
+/* Converts a valid scene to the axes and units of the closed-form solution. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);

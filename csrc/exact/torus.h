@@ -1,8 +1,8 @@
 /* Closed-form solutions for tops whose motion lies on an invariant torus (Kowalewski,
- * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. The data of a closed-form
- * solution are called a plan, and are stored in memory of a fixed size. The plan begins with the
- * members that kreisel.h declares, and ends with the coefficients of its series. Additional memory
- * after the plan is needed only during the set-up. */
+ * Goryachev-Chaplygin). Two angles on the torus grow at constant rates. A structure of fixed size,
+ * called a plan, stores the data of a closed-form solution. The structure begins with the members
+ * declared in kreisel.h and ends with series coefficients. The set-up needs additional memory,
+ * which follows the structure. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
@@ -13,13 +13,14 @@ typedef struct kr_torus {
     double begin;    /* [T] */
     double momentum; /* unit of momentum [M L^2 T^-1] */
     kr_quat frame;   /* frame of description -> axes of the closed form */
-    /* Phases of half of each torus angle, and of the factor e of a Kowalewski top. For other tops,
-     * the third phase is zero. */
+    /* Half of each torus angle and, for a Kowalewski top, the phase of the factor e. For other
+     * tops, the third phase is zero. */
     kr_phase turn[3];
 } kr_torus;
 
-/* Functions that set up one plan and evaluate one state. If `own` is nonzero, the solution is in
- * working axes and internal units. For the argument `bound`, see kr_kowalewski_plan. */
+/* Functions that set up a single solution and evaluate a single state. If `own` is nonzero, the
+ * solution is expressed in internal axes and units. For the argument `bound`, see
+ * kr_kowalewski_plan. */
 typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
@@ -27,7 +28,7 @@ typedef struct kr_torus_scalar {
     /* Returns the state for two given torus angles, like kr_kowalewski_state_at. */
     kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
-/* Evaluates many states, one in each vector lane. */
+/* Evaluates many states with vector instructions. */
 typedef void kr_torus_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
 typedef struct kr_torus_isa {
     const char *name;
@@ -43,8 +44,8 @@ typedef struct kr_torus_form {
      * body of this kind. The function pointer is NULL if the solution applies to all initial
      * states. */
     int (*suits)(const kr_scene *scene);
-    /* Returns the size of the used part of a plan, in bytes. Copying this part suffices to copy the
-     * plan. */
+    /* Returns the size in bytes of the part of a plan that is in use. Copying this part suffices to
+     * copy the plan. */
     size_t (*used_size)(const void *plan);
     /* The instruction sets in the build, starting with the widest. The table ends with a NULL
      * name. */
@@ -59,15 +60,16 @@ kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
 kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
-/* Returns the widest instruction set in the table of `form` that the processor supports. The last
- * instruction set in the table is supported by every processor. */
+/* Returns the widest instruction set of `form` that the processor supports. The last instruction
+ * set in the table is supported by every processor. */
 static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
 {
     const kr_torus_isa *isa = form->isas;
     while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
     return isa;
 }
-/* Writes n states of a plan, faster than kr_torus_scalar but with bitwise equal results. */
+/* Writes n states of a closed-form solution, faster than kr_torus_scalar but with bitwise equal
+ * results. */
 static inline void kr_torus_states(const kr_torus_form *form, const void *plan, size_t n,
                                    const double t[], kr_state out[])
 {

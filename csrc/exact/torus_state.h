@@ -20,9 +20,9 @@ INLINE double fraction_of_turns(double turns)
 {
     return isfinite(turns) ? turns - floor(turns) : NAN;
 }
-/* Returns t minus the initial time, or 0 if t is infinite, NaN, or so late that the phases are
- * unknown. If the result is 0, the caller computes the initial state, whose integrals of motion are
- * correct. */
+/* Returns t minus the initial time, or 0 if t is not finite or too large for the phases to be
+ * computed. If the result is 0, the caller computes the initial state, whose integrals of motion
+ * are correct. */
 INLINE dd torus_span(const kr_torus *torus, wide t)
 {
     const dd span = two_sum(t, wide_splat(-torus->begin));

@@ -38,7 +38,7 @@ static double turning_angle(dd minus, dd plus)
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
 /* Returns the sign of the precession rate at the height u, given 1 - u and 1 + u. Returns 0 if the
- * rate is at most `tol` times the magnitude of its terms. */
+ * rate is at most `tol` times the sum of the absolute values of its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -67,7 +67,8 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times t >= 0 at which the axis reaches its lowest and its highest position. */
+/* Writes the earliest nonnegative times at which the axis reaches its lowest and highest
+ * positions. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -80,7 +81,7 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets, in internal units, the members of the result that do not depend on the turning points.
+/* Sets the members of the result that do not depend on the turning points, in internal units.
  * Gravity must point downwards. The argument `rotor` is the momentum of an axial rotor divided by
  * I3. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1, double rotor)
