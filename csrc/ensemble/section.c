@@ -59,7 +59,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a top whose next event did not occur within the maximum waiting time. */
+/* Ends the computation for a top whose next event did not occur within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];

@@ -14,8 +14,8 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless variant omits the attitude and keeps its lanes at zero. Damped motions have their
- * own code, so that undamped motions do not become slower. */
+/* The headless variant omits the attitude, whose lanes remain zero. Separate code for damped
+ * motions keeps the computation of undamped motions fast. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a Taylor coefficient: (next | prev) and (prev | next). */

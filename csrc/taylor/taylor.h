@@ -19,10 +19,10 @@
 #include "math/isa.h"
 
 /* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
- * double-double, and LAST that of the last term in doubles. Later terms are so small that doubles
- * suffice. A product that is summed in doubles may exceed the tolerance by a factor of at most
- * 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were determined by
- * `taylor_kernel_study.py depth` in validation/studies. */
+ * double-double, and LAST is the index of the last term in doubles. Later terms are so small that
+ * doubles suffice. A product that is summed in doubles may exceed the tolerance by a factor of at
+ * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
+ * determined by `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -98,7 +98,7 @@ typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents,
 typedef struct kr_tangents_kernel {
     /* Compute the Taylor coefficients of n tangents, or of n batches of tangents. */
     kr_tangents_expand *expand, *expand_batches;
-    /* Evaluates the eight series in one kr_tangent at the time `to`. */
+    /* Evaluates the eight Taylor series of a kr_tangent at the time `to`. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
