@@ -316,8 +316,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a substep of length h until its truncation error is small enough. Returns the resulting
- * length, or 0 on failure. */
+/* Shortens a substep of length h until its truncation error is small enough. Returns the length of
+ * the shortened substep, or 0 on failure. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);

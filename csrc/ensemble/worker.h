@@ -79,7 +79,7 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
-/* Loads top i into a lane, after advancing the other lanes until one is free. */
+/* Advances the lanes until one is free, and loads top i into it. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances all tops in the lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);

@@ -103,7 +103,7 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
-/* Loads one double per lane, from any address. */
+/* Loads one double per lane; the address need not be aligned. */
 INLINE wide wide_load(const double *p)
 {
     wide a;

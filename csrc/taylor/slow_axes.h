@@ -7,7 +7,8 @@
 #include "support_motion.h"
 
 /* Rows of the table of Taylor coefficients in slow_terms.h. Rows from ROW_U on are used only with
- * friction or moving supports. ROW_R holds the velocities u_i of slow_held.h. */
+ * friction or moving supports. The rows from ROW_R on hold the velocities u_i defined in
+ * slow_held.h. */
 enum {
     ROW_Q = 0,
     ROW_P = 4,
@@ -43,7 +44,7 @@ enum {
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
-/* The axes with strong damping, and rates in the units of the motion. `rate` is the largest rate of
+/* Data of the axes with strong damping, in the units of the motion. `rate` is the largest rate of
  * the motion on the slow manifold, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {

@@ -99,8 +99,8 @@ static void find_held_directions(const kr_motion *motion, held_directions *held)
     }
     held->couple = v_dot(high[0], v_cross(motion->rotor, high[1]));
 }
-/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if the
- * damping dominates motions of the rate `undamped` and torques up to `pull`. */
+/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if
+ * damping dominates all effects with rates up to `undamped` and torques up to `pull`. */
 static int take_held_directions(const held_directions *held, int least, double undamped,
                                 double pull, slow_axes *slow)
 {

@@ -36,7 +36,7 @@ typedef struct LOCAL(vector) {
 } LOCAL(vector);
 
 /* Returns the n-th coefficient of the cross product of two series. The six sums are independent, so
- * that the processor can compute them in parallel. */
+ * the processor can compute them in parallel. */
 static LOCAL(vector) LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int n)
 {
     const number zero = of(0.0, 0.0);

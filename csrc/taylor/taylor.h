@@ -32,7 +32,8 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Smallest nonzero coefficient of a product of angular velocities, negligible even at 30 digits. */
+/* Smallest nonzero coefficient of a product of angular velocities, which is negligible even at 30
+ * digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
@@ -102,7 +103,7 @@ typedef struct kr_tangents_kernel {
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* Functions for the tail of a series: the terms after a double-double head, computed in doubles. */
+/* Functions that compute the tail of a series in doubles, after the double-double head. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);

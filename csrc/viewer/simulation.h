@@ -1,8 +1,9 @@
-/* A simulation of several tops that share a common time, and a record of their measured values.
- * Time is counted in integer ticks, so that multiples of different steps can be exactly equal. The
- * states of each top are computed at multiples of its own step size. Tops are compared only at
- * common multiples of their steps; otherwise time differences would appear as errors. Results do
- * not depend on how the simulated time is divided among calls. The memory requirement is fixed. */
+/* Simulation of several tops with a common time, and a record of their measured values. Time is
+ * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
+ * of each top are computed at multiples of its own step size. Tops are compared only at common
+ * multiples of their steps; otherwise time differences would appear as errors. Results do not
+ * depend on how the simulated time is divided among calls. A simulation needs a fixed amount of
+ * memory. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -106,8 +107,8 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
- * top then remains in the last state above the floor. The time of contact is interpolated within
- * the following step, and stored in `stood`. By default, there is no floor. */
+ * top then remains in the last state above the floor. The time of contact is found by interpolation
+ * within the next step, and is stored in `stood`. By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
 /* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
