@@ -9,7 +9,7 @@ enum {
     STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
 };
 
-/* Returns a lower bound on kr_scene_horizon that is cheaper to compute than its exact value. */
+/* Returns a lower bound on kr_scene_horizon that is cheap to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;

@@ -1,6 +1,6 @@
 /* The scheduler that assigns tops to lanes. Each top has its own time and step sizes. When a top
- * has reached its final time, the next top is loaded into its lane. If a top fails in a lane, the
- * scalar code repeats the integration from the initial state and reports the error. */
+ * has reached its final time, the next top is loaded into its lane. If the computation in a lane
+ * fails, the scalar code repeats it from the initial state and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "taylor/taylor.h"
@@ -25,7 +25,7 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-/* Stores a vector in a lane. */
+/* Stores the components of a vector in one lane of three arrays. */
 static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
 {
     v[0][lane] = x;
@@ -132,14 +132,16 @@ static kr_vec3 with_negative_zeros(kr_vec3 v)
 {
     return v3(-(0.0 - v.x), -(0.0 - v.y), -(0.0 - v.z));
 }
-/* Returns `apart`, the difference of two moments of inertia. With a rotor, a difference near zero
- * is replaced by a tiny nonzero number, because the rotor terms are divided by the difference. */
+/* Returns the difference `apart` between two moments of inertia. With a rotor, a difference near
+ * zero is replaced by a tiny nonzero number, because the rotor terms are divided by the
+ * difference. */
 static double product_factor(double apart, double moment, double h1, double h2)
 {
     const double least = KR_LEAST_FACTOR * moment + DBL_MIN;
     return (h1 != 0.0 || h2 != 0.0) && fabs(apart) < least ? (apart < 0.0 ? -least : least) : apart;
 }
-/* Returns the differences of the moments of inertia, adjusted by product_factor. */
+/* Returns the differences of the moments of inertia, after product_factor has replaced values near
+ * zero. */
 static kr_vec3 moments_apart(kr_vec3 A, kr_vec3 h)
 {
     return v3(product_factor(A.y - A.z, A.x, h.y, h.z), product_factor(A.z - A.x, A.y, h.z, h.x),
@@ -155,12 +157,13 @@ static void set_shifts(kr_lane_number *to, int lane, kr_vec3 torque, kr_vec3 fac
     set_components(to, lane, shift_by(torque.x, factor.x), shift_by(torque.y, factor.y),
                    shift_by(torque.z, factor.z));
 }
-/* Constants of the equations of motion, in the units of the series and for the cyclically permuted
- * axes. The member `apart` holds the differences of the moments of inertia `A`. */
+/* Constants of the equations of motion for the permuted axes, in the units of the Taylor series.
+ * The member `apart` holds the differences of the moments of inertia `A`. */
 typedef struct {
     kr_vec3 A, c, h, apart;
 } shifted_constants;
-/* Returns the constants of the equations of motion. `rate` is the frequency unit of the series. */
+/* Returns the constants of the equations of motion. `rate` is the unit of frequency of the Taylor
+ * series. */
 static shifted_constants shift_constants(const kr_motion *motion, double rate, int shift)
 {
     shifted_constants of;
@@ -189,9 +192,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent, expressed in working axes and internal units. The user's tangent is
- * scaled by a power of two so that its squared norm does not overflow. The default tangent has
- * arbitrary components, so it is unlikely to lie in a symmetry direction. */
+/* Writes the initial tangent, expressed in the principal axes of the method and in internal units.
+ * The user's tangent is scaled by a power of two so that its squared norm does not overflow. The
+ * default tangent has arbitrary components, so it is unlikely to lie in a symmetry direction. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {

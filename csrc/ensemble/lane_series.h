@@ -169,7 +169,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, const lane_pair *newest, int h
         const int m = n - j;
         const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
         const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
-        /* According to measurements, this order of the independent sums is the fastest. */
+        /* In measurements, adding the independent sums in this order was fastest. */
         add_turn(&a, wm, pj);
         add_turn(&a, wj, pm);
         add_torque(&a, wj, wm);

@@ -1,10 +1,10 @@
-/* The growth of an infinitesimal perturbation (tangent) of the top in each lane. The tangents may
- * shorten the steps, but do not otherwise change the computed path. This source is compiled once
- * for each instruction set. The variational equations are those of taylor/tangents.h, but have no
- * damping and no parameters. Two solutions of these equations are trivial: the flow and the
- * rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x c)
- * and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step, and
- * the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
+/* The growth of an infinitesimal perturbation (tangent) of the top in each lane. Computing the
+ * tangents may require shorter steps, but does not otherwise change the path. This source is
+ * compiled once for each instruction set. The variational equations are those of taylor/tangents.h,
+ * but have no damping and no parameters. Two solutions of these equations are trivial: the flow and
+ * the rotation about the vertical. The two trivial solutions are the pairs (theta | N) = (W | P x
+ * c) and (P | P x M), where M = AW + h. The trivial solutions are removed at the end of each step,
+ * and the growth of the remainder is measured. Up to the tolerance, each tangent conserves the
  * quantities
  *     dE = <N, W> + <theta, W x M + c x P>       d<m, e3> = <N, P>
  * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
@@ -12,9 +12,9 @@
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
-/* GROWTH_SLACK is log2 of the largest admissible relative truncation error of a tangent, in units
- * of the tolerance. A step is divided into at most GROWTH_PARTS substeps, and is cut short if these
- * do not suffice. Each substep is shortened at most GROWTH_TRIES times. */
+/* The relative truncation error of a tangent may be at most 2^GROWTH_SLACK times the tolerance. A
+ * step is divided into at most GROWTH_PARTS substeps, and is cut short if these do not suffice.
+ * Each substep is shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
@@ -253,8 +253,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the integrands at the time t, weighted by `share`, to the growth integrals. Lanes that have
- * reached the end of the step have zero weight. */
+/* Adds `share` times the integrands at the time t to the growth integrals. Lanes that have reached
+ * the end of the step have zero weight. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -272,8 +272,8 @@ INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
     a->rest = wide_max(rest, a->rest);
 }
 /* Adds the growth integrals over a substep of length h. `d` is the tangent at the end of the
- * substep, without the trivial solutions. The Lobatto rule is used because the logarithm has a
- * sharp minimum where the tangent is small. */
+ * substep, after removal of the trivial solutions. The Lobatto rule is used because the logarithm
+ * has a sharp minimum where the tangent is small. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -316,8 +316,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a substep of length h until its truncation error is small enough. Returns the resulting
- * length, or 0 on failure. */
+/* Shortens a substep of length h until its truncation error is small enough. Returns the length of
+ * the shortened substep, or 0 on failure. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -335,7 +335,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Recomputes the Taylor series of the paths about the times `at`. */
+/* Computes new Taylor series of the paths, expanded about the times `at`. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -442,8 +442,8 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the largest admissible truncation error, and the number of Taylor terms above 2^-24 at each
- * quadrature node. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
+/* Sets the limit on the truncation error and, for each quadrature node, the number of Taylor terms
+ * that exceed 2^-24. The n-th term is about tol^(n/order) at the end of the step, and smaller by a
  * factor of x^n at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {

@@ -1,9 +1,9 @@
 /* Sections of the motions of many tops, consisting of the states at which an event occurs. The
- * vectorized code can detect an event if its function is linear in the body-frame components of the
- * vertical and the angular velocity. The height of the centre of mass is a typical event function.
- * Each lane holds one top, and stops after a step in which its event function may have changed
- * sign. The functions in this file search the last step of a lane for the event. Tops with other
- * events are integrated one at a time by the scalar code (events/event_search.c). */
+ * vectorized code can detect an event if the event function is linear in the body-frame components
+ * of the vertical and the angular velocity. The height of the centre of mass is a typical event
+ * function. Each lane holds one top, and stops after a step in which its event function may have
+ * changed sign. The functions in this file search the last step of a lane for the event. Tops with
+ * other events are integrated one at a time by the scalar code (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -59,7 +59,7 @@ static int is_section_condition_true(const kr_worker *worker, const kr_slot *slo
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a top whose next event did not occur within the maximum waiting time. */
+/* Ends the computation for a top whose next event did not occur within the maximum waiting time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];

@@ -123,8 +123,8 @@ static kr_status find_lane_refusal(const kr_scene *scene)
     if (kr_scene_shakes(scene)) return KR_ERR_SHAKING;
     return KR_ERR_TURNING;
 }
-/* Chooses the kr_top that integrates a top outside the lanes. Closed-form solutions for tops on
- * rotating supports are computed one by one, because batches do not support them. */
+/* Chooses the kr_top object that integrates a top outside the lanes. Closed-form solutions for tops
+ * on rotating supports are computed one by one, because batches do not support them. */
 static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
 {
     if (!worker->fallback || !worker->exact_top || !kr_scene_turns(scene))
@@ -134,7 +134,7 @@ static kr_top *choose_top(const kr_worker *worker, const kr_scene *scene)
     const int is_closed = !has_torus && kr_method_suits(&kr_method_exact, scene);
     return is_closed ? worker->exact_top : worker->fallback;
 }
-/* Dispatches a top that has no closed-form solution to a lane or to the scalar code. */
+/* Dispatches a top whose motion has no closed-form solution to a lane or to the scalar code. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
@@ -226,8 +226,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the kr_top objects for tops outside the lanes. Validates the configuration by starting
- * a top with the default scene. */
+/* Allocates the kr_top objects for tops outside the lanes. Validates the configuration by
+ * initializing a default top with it. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

@@ -39,7 +39,7 @@ struct kr_worker {
     double memory[];
 };
 
-/* Stores a state of the top in `slot`, and adds the state to the accumulators. */
+/* Stores a state of the top that `slot` describes, and updates the accumulators with the state. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
 /* Returns 1 if the worker propagates tangents. */
@@ -79,18 +79,18 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
                              double log2_tol);
 /* Empties all lanes. */
 void kr_scheduler_reset(kr_worker *worker);
-/* Loads top i into a lane, after advancing the other lanes until one is free. */
+/* Advances the lanes until one is free, and loads top i into it. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
 /* Advances all tops in the lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie within its last step. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
-/* Removes a top from its lane and repeats its motion with the scalar code, which reports the
+/* Removes a top from its lane and repeats the integration with the scalar code, which reports the
  * error. */
 void kr_scheduler_fall_back(kr_worker *worker, int lane);
 /* Writes the outcome of the top in a lane and frees the lane. */
 void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status);
-/* Returns 1 if the current step of a lane ends at or beyond its goal. */
+/* Returns 1 if the current step of a lane reaches the lane's goal. */
 static inline int kr_scheduler_has_passed_goal(const kr_lanes *l, int lane)
 {
     return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
@@ -109,8 +109,8 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 }
 /* Returns 1 if the vectorized code can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Stores the event function for one lane, in the frequency unit `rate` and for axes permuted
- * cyclically by `shift`. */
+/* Stores the event function for one lane, given the frequency unit `rate` and the cyclic shift of
+ * the axes. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the goal of a lane to the latest admissible time of the next event. Returns 0 and frees the
  * lane if there are no more events to search for. */

@@ -135,8 +135,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a. Returns 0 for a < 0, because a negative argument is assumed to be a
- * zero with a rounding error. */
+/* Returns the square root of a. Returns 0 if a < 0, because a negative argument is assumed to
+ * result from a rounding error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_part x = part_sqrt(a.hi);

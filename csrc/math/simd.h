@@ -103,7 +103,7 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
-/* Loads one double per lane, from any address. */
+/* Loads one double per lane; the address need not be aligned. */
 INLINE wide wide_load(const double *p)
 {
     wide a;
@@ -124,7 +124,7 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Marks the end of code that uses wide vectors. Without this call, subsequent code with narrower
+/* Marks the end of code that uses wide vectors. Without this mark, subsequent code with narrower
  * vectors would run slowly. */
 INLINE void wide_leave(void)
 {

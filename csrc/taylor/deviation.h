@@ -1,11 +1,11 @@
 /* Implements the Taylor series declared in tangents.h: computes the coefficients and evaluates the
  * series. This source is compiled for single tangents (deviation_single.h) and for batches
  * (deviation_batch.h), each in doubles and in double-double. The headers for single tangents and
- * for batches define three types. The type `triple` holds one vector for each tangent. The type
- * `turned` is a triple whose components are permuted for multiplication by a path coefficient
- * (`path_term`). The type `halves` holds the two sums of products whose difference is a cross
- * product. In each sum, the latest coefficient is added last, because all other terms can be added
- * before it is known. */
+ * for batches define four types. The type `triple` holds one vector for each tangent. The type
+ * `turned` is a triple whose components are permuted for multiplication by a path coefficient. A
+ * path coefficient has the type `path_term`. The type `halves` holds two sums of products; their
+ * difference is a cross product. In each sum, the latest coefficient is added last, because all
+ * other terms can be added before it is known. */
 #include "tangents.h"
 
 /* Taylor coefficients with their components permuted for multiplication. The coefficients of the
@@ -60,8 +60,8 @@ INLINE triple rotor_turn(const kr_tangent *g, int n)
                       triple_mul(triple_prev(h), triple_next(turn)));
 }
 /* Returns the damping torque on a tangent, which the caller subtracts. `rate` is the time
- * derivative of the rotation vector theta. The difference of `plus` and `minus` is the cross
- * product of theta and the angular velocity. */
+ * derivative of the rotation vector theta. The cross product of theta and the angular velocity is
+ * `plus` - `minus`. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
@@ -80,8 +80,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` and `b` are the sums over even
- * and odd terms. */
+/* Computes the Taylor coefficients of order n + 1 of a tangent. `a` is the sum over the even terms,
+ * and `b` is the sum over the odd terms. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -121,8 +121,8 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Computes the Taylor coefficients of order n + 1 of several tangents, whose number is `few`. Even
- * and odd terms are summed separately. */
+/* Computes the Taylor coefficients of order n + 1 of `few` tangents. Even and odd terms are summed
+ * separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -161,7 +161,7 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, in
         expand_few(s, &path, g, AT_ONCE, order);
     for (; many > 0; many--, g += STRUCTS) expand_few(s, &path, g, 1, order);
 }
-/* Evaluates the eight series in a kr_tangent at the time `to`. */
+/* Evaluates the eight Taylor series of a kr_tangent at the time `to`. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);

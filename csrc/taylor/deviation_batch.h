@@ -95,17 +95,19 @@ INLINE triple load_rotor(const kr_tangent *g)
     return triple_all(duo_load(g->rotor_of), duo_load(g[WORDS].rotor_of),
                       duo_load(g[2 * WORDS].rotor_of));
 }
-/* Indices of the structs that hold the elements of a symmetric matrix. The rows of the table refer
- * to the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
+/* For each element of a symmetric matrix, the index of the struct that holds this element. The
+ * three rows are for the elements (xx, yy, zz), (xy, yz, zx) and (xz, yx, zy). */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
-/* Returns a row of the derivative of the inertia tensor. */
+/* Returns three elements of the derivative of the inertia tensor, selected by a row of
+ * matrix_places. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];
     return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
                       duo_load(g[at[2] * WORDS].moment));
 }
-/* Returns a row of the derivative of the damping matrix. */
+/* Returns three elements of the derivative of the damping matrix, selected by a row of
+ * matrix_places. */
 INLINE triple load_drags(const kr_tangent *g, int row)
 {
     const int *at = matrix_places[row];

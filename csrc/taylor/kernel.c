@@ -47,7 +47,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL defines the functions for the terms that follow a double-double head (see kernel_dd.c). */
+/* TAIL defines the functions that compute the tail of a series in doubles (see kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \

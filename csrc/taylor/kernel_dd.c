@@ -6,7 +6,7 @@
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Evaluates a series with a double-double head and a tail in doubles. */
+/* Evaluates a series whose head is in double-double and whose tail is in doubles. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {

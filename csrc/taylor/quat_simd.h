@@ -21,8 +21,8 @@
 #endif
 /* UNROLL requests that the compiler unroll a loop over the terms of a series. Up to 28 copies of a
  * loop body fit in the instruction cache if vectors have eight lanes. With narrower vectors, loops
- * are not unrolled. A function marked PER_ORDER is then compiled only once for all orders. If
- * KR_ROLLED is defined, loops are never unrolled. */
+ * are not unrolled. Without unrolling, a function marked PER_ORDER is compiled only once for all
+ * orders. If KR_ROLLED is defined, loops are never unrolled. */
 #if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -135,8 +135,9 @@ INLINE quad quad_prev(quad a)
 /* A `duo` is a pair of quaternions. The functions duo_i, duo_j and duo_k permute both quaternions.
  * The functions duo_lo and duo_hi return the first and the second quaternion. The functions
  * duo_next_prev and duo_prev_next return both cyclic permutations of one vector. The function
- * duo_lane_of returns a component of the vector w in all lanes, given a = duo_next_prev(w). With
- * eight lanes, the component is taken from `a`, because loading it from memory would be slower. */
+ * duo_lane_of copies one component of the vector w to all lanes; its argument `a` is
+ * duo_next_prev(w). With eight lanes, the component is taken from `a`, because loading it from
+ * memory would be slower. */
 #if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -169,8 +170,8 @@ INLINE duo duo_lane_of(duo a, const double *w, int lane)
 }
 #endif
 
-/* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, to hide the latency of each
- * chain. Newer instruction sets have enough registers for two chains. The function lone_fma
+/* SIDE_BY_SIDE is 1 if sums are accumulated in two parallel chains, which hides instruction
+ * latency. Newer instruction sets have enough registers for two chains. The function lone_fma
  * computes a multiply-add of scalar doubles. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
@@ -180,7 +181,7 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* The following operations of series.h are redefined for double-double in quat_simd_dd.h. The
+/* The header quat_simd_dd.h redefines the following operations for double-double numbers. The
  * function duo_lane returns one component of w in all lanes. The function duo_scale multiplies the
  * lanes by eight numbers that are exact doubles. The function duo_span returns the difference of
  * two times, and duo_inverse returns 1 / n. */

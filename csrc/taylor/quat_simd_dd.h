@@ -1,7 +1,7 @@
 /* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of about 31 digits (Dekker
- * 1971). In memory, low words are stored sizeof(kr_series) bytes after the high words. Macros at
- * the end of this file redefine the names of quat_simd.h for double-double vectors. This header is
- * compiled once for each instruction set. */
+ * 1971). In memory, each low word follows its high word at a distance of sizeof(kr_series) bytes.
+ * Macros at the end of this file redefine the names of quat_simd.h for double-double vectors. This
+ * header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_DD_H
 #define KR_QUAT_SIMD_DD_H
 #include "math/dd.h"

@@ -2,8 +2,8 @@
  * size, and evaluates the series. This source is compiled twice for each instruction set, in
  * doubles (quat_simd.h) and in double-double (quat_simd_dd.h). Three optimizations make the
  * recurrence fast. Every convolution sum starts with its middle terms, so that it can begin before
- * the latest coefficients are known. Terms with exchanged indices are added in parallel. The order
- * is a compile-time constant, so loops can be unrolled. */
+ * the latest coefficients are known. Two terms that differ by an exchange of indices are added in
+ * parallel. The order is a compile-time constant, so loops can be unrolled. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -14,8 +14,8 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless variant omits the attitude and keeps its lanes at zero. Damped motions have their
- * own code, so that undamped motions do not become slower. */
+/* The headless variant omits the attitude, whose lanes remain zero. Separate code for damped
+ * motions keeps the computation of undamped motions fast. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED } linear_terms;
 /* Both cyclic permutations of a Taylor coefficient: (next | prev) and (prev | next). */
@@ -146,7 +146,8 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
 
 /* approx_log2 and approx_exp2 operate on the bits of a double, and are much faster than libm. Two
  * correct digits suffice for a step size. The function approx_log2 replaces the logarithm of the
- * mantissa by the mantissa itself, because the error is later divided by the order. */
+ * mantissa by the mantissa itself. The resulting error is small, because it is later divided by the
+ * order. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;

@@ -28,8 +28,9 @@ static double turning_rate(const kr_series *s, const slow_axes *slow, int axis)
     const double *w = s->end_w + 1;
     return turning_about(s, slow, j) * w[k] - turning_about(s, slow, k) * w[j];
 }
-/* Returns the rotor's contribution to the angular acceleration about a strongly damped axis. About
- * the other strongly damped axes, only the angular velocity of the support is included. */
+/* Returns the rotor's contribution to the angular acceleration about an axis with strong damping.
+ * For the other axes with strong damping, only the support's angular velocity is taken into
+ * account. */
 static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -38,8 +39,8 @@ static double rotor_torque(const kr_series *s, const slow_axes *slow, int axis)
     return s->k[i] * ((slow->is_slow[j] ? turning_about(s, slow, j) : w[j]) * s->shift[i] +
                       (slow->is_slow[k] ? turning_about(s, slow, k) : w[k]) * s->shift[i + 4]);
 }
-/* Returns an upper estimate of the angular velocity about a strongly damped axis, relative to the
- * support. Unless the support rotates, the product of two strongly damped components is
+/* Returns an upper estimate of the angular velocity relative to the support, about an axis with
+ * strong damping. Unless the support rotates, the product of two strongly damped components is
  * negligible. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
@@ -60,8 +61,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return size;
 }
 
-/* Returns the smallest non-negligible angular velocity about a strongly damped axis. If no torque
- * acts about these axes, returns the largest angular velocity. */
+/* Returns the smallest non-negligible angular velocity about an axis with strong damping. Without
+ * torques about the axes with strong damping, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0, turning = 0.0;
@@ -136,8 +137,9 @@ static double largest_torque(const kr_motion *motion)
     return pull * largest_pull(s) + friction +
            turning * (2.0 * v_largest(A) * turning + v_length(motion->rotor));
 }
-/* Inverts a 3 x 3 matrix with ones on its diagonal. Row i has the elements ahead[i] and behind[i]
- * in columns i + 1 and i - 1 (modulo 3). Elements that involve a weakly damped axis are zero. */
+/* Inverts a 3 x 3 matrix with ones on its diagonal. The off-diagonal elements of row i are ahead[i]
+ * in column i + 1 and behind[i] in column i - 1 (modulo 3). Elements that involve an axis with weak
+ * damping are zero. */
 static void invert(const double ahead[3], const double behind[3], const int is_slow[3],
                    double inverse[3][3])
 {
@@ -156,8 +158,8 @@ static void invert(const double ahead[3], const double behind[3], const int is_s
     for (int i = 0; i < 3; i++) sum += m[0][i] * inverse[i][0];
     for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] /= sum;
 }
-/* Computes the response of the strongly damped axes to torques, including the coupling by a
- * rotor. */
+/* Computes the angular velocities that normalized torques cause about the axes with strong
+ * damping. */
 static void set_gain(const kr_motion *motion, slow_axes *slow)
 {
     double D[3], h[3], ahead[3], behind[3];
@@ -169,8 +171,8 @@ static void set_gain(const kr_motion *motion, slow_axes *slow)
     }
     invert(ahead, behind, slow->is_slow, slow->gain);
 }
-/* Returns the largest rate at which a rotor changes the angular velocities about the weakly damped
- * axes. */
+/* Returns the largest rate at which a rotor changes the angular velocities about the axes with weak
+ * damping. */
 static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double weakest)
 {
     const kr_vec3 A = motion->inertia;
@@ -183,8 +185,8 @@ static double rotor_rate(const kr_motion *motion, const slow_axes *slow, double 
     return fmax(direct, carried / weakest * carried) / least;
 }
 /* Marks as strongly damped all axes whose damping rate is at least that of axis `least`. Returns 1
- * if damping about the marked axes dominates all other effects. `undamped` and `pull` are upper
- * bounds on the undamped rates and on the torque. */
+ * if damping about the marked axes dominates all other effects. `undamped` is an upper bound on the
+ * undamped rates, and `pull` is an upper bound on the torque. */
 static int take_slow_axes(const kr_motion *motion, int least, double undamped, double pull,
                           slow_axes *slow)
 {
@@ -272,8 +274,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     }
     if (KR_HAS_SUPPORTS && s->linear > 1.0) kr_support_place(s, motion, p->rate);
 }
-/* Returns 1 if the motion is close enough to the slow manifold for an expansion to be worthwhile.
- * Angular velocities up to `noise` are treated as zero. */
+/* Returns 1 if the motion is close enough to the slow manifold to attempt an expansion. Angular
+ * velocities up to `noise` are treated as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     const double *p = s->end_x + 5, *w = s->end_w + 1;
@@ -305,7 +307,7 @@ static int expand_held(kr_taylor *p, const kr_motion *motion, int order, const s
                ? deep_expand_held(p->series, slow, order, near, 0x1p-96, wait, p->rate, friction)
                : plain_expand_held(p->series, slow, order, near, 0x1p-48, wait, p->rate, friction);
 }
-/* Returns 1 if the distance of the motion from the slow manifold may be below `near`. */
+/* Returns 1 if the motion may be within a relative distance `near` of the slow manifold. */
 static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
 {
     /* is_near computes with doubles, and subtracts velocities if the support turns. */
@@ -314,8 +316,9 @@ static int may_be_near(const kr_taylor *p, const slow_axes *slow, double near)
                  noise = fmax(near * least_size(p->series, slow), rounding);
     return is_near(p->series, slow, fmax(noise, TINY_VELOCITY));
 }
-/* Computes a step on the slow manifold defined by a set of strongly damped axes. If a step with the
- * largest set of strongly damped axes has failed, `strong` is that set; otherwise, it is NULL. */
+/* Computes a step on the slow manifold that belongs to a set of axes with strong damping. `strong`
+ * is the largest set of axes with strong damping if a step with this set has failed, and NULL
+ * otherwise. */
 static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                             const slow_axes *slow, const slow_axes *strong)
 {
@@ -352,8 +355,8 @@ static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
         axes[place] = i;
     }
 }
-/* Returns 1 if the next step may be able to use a slow manifold, and 0 otherwise. For tops on
- * moving supports, this quick test often makes a longer computation unnecessary. */
+/* Returns 1 if the next step may lie on a slow manifold, and 0 otherwise. On moving supports, this
+ * quick test often saves a more expensive computation. */
 static int may_be_slow(const kr_motion *motion)
 {
     const kr_taylor *p = (const kr_taylor *)motion->work;
@@ -364,8 +367,8 @@ static int may_be_slow(const kr_motion *motion)
     return -fmin(drag[0], fmin(drag[1], drag[2])) >
            STRONG_ALONE * fmax(fabs(w[0]), fmax(fabs(w[1]), fabs(w[2])));
 }
-/* Initializes the data shared by all sets of strongly damped axes. Returns 0 if damping is not
- * strong. */
+/* Initializes the data that do not depend on the set of axes with strong damping. Returns 0 if
+ * damping is not strong about any axis. */
 static int begin_slow_axes(const kr_motion *motion, double undamped, held_directions *held,
                            slow_axes *slow)
 {

@@ -1,5 +1,5 @@
-/* Declares the strongly damped axes and the constants for steps on the slow manifold (slow.c).
- * Private to slow.c. */
+/* Declares the struct slow_axes and the constants for steps on the slow manifold (slow.c). Private
+ * to slow.c. */
 #ifndef KR_TAYLOR_SLOW_AXES_H
 #define KR_TAYLOR_SLOW_AXES_H
 #include <string.h>
@@ -7,7 +7,8 @@
 #include "support_motion.h"
 
 /* Rows of the table of Taylor coefficients in slow_terms.h. Rows from ROW_U on are used only with
- * friction or moving supports. ROW_R holds the velocities u_i of slow_held.h. */
+ * friction or moving supports. The rows from ROW_R on hold the velocities u_i defined in
+ * slow_held.h. */
 enum {
     ROW_Q = 0,
     ROW_P = 4,
@@ -25,7 +26,7 @@ enum {
  * vector. */
 #define U_OF(slow) (KR_HAS_SUPPORTS && (slow)->turns ? ROW_U : ROW_W)
 #define GP_OF(slow) (KR_HAS_SUPPORTS && (slow)->shakes ? ROW_GP : ROW_P)
-/* Damping is strong about an axis if its rate exceeds all other rates by the factor STRONG. The
+/* Damping about an axis is strong if its rate is more than STRONG times all other rates. The
  * smaller factor STRONG_ALONE suffices if damping is strong about all three axes. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
@@ -37,23 +38,22 @@ enum {
  * ROUNDED times the support's angular velocity, because this velocity has rounding errors. */
 #define NEGLIGIBLE 0x1p-64
 #define ROUNDED 0.25
-/* Rounding error of a difference of doubles, relative to its larger term. */
+/* Rounding error of the difference between two doubles, relative to the larger of them. */
 #define ROUNDING 0x1p-50
-/* A motion is tested again after the fraction PATIENCE of the estimated time to the slow
- * manifold. */
+/* The motion is tested again after PATIENCE times the estimated time to reach the slow manifold. */
 #define PATIENCE 0.5
 #define LOG_OF_2 0.6931471805599453
 
-/* The strongly damped axes, and rates in the units of the motion. `rate` is the largest rate of the
- * slow motion, and `fall` is the largest rate at which the top falls over. */
+/* Data of the axes with strong damping, in the units of the motion. `rate` is the largest rate of
+ * the motion on the slow manifold, and `fall` is the largest rate at which the top falls over. */
 typedef struct held_directions held_directions;
 typedef struct slow_axes {
     int is_slow[3], has_rotor, turns, shakes, slides;
     /* Directions that replace the principal axes while friction holds the top; otherwise NULL. */
     const held_directions *held;
     double rate, fall;
-    /* Changes of the angular velocities about the strongly damped axes in response to torques. Each
-     * torque is normalized so that its response is 1 without a rotor, which couples the axes. */
+    /* Angular velocities that torques cause about the axes with strong damping. Each torque is
+     * normalized so that it causes the angular velocity 1 if no rotor couples the axes. */
     double gain[3][3];
 } slow_axes;
 

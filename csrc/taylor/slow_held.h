@@ -1,5 +1,5 @@
-/* Strong damping of a top that is held by friction. Private to slow.c. The angular velocity of the
- * top relative to the support is perpendicular to the apex a, and equals v_0 u_0 + v_1 u_1. The
+/* Strongly damped motion of a top that friction holds. Private to slow.c. The angular velocity of
+ * the top relative to the support is perpendicular to the apex a, and equals v_0 u_0 + v_1 u_1. The
  * directions v_i are orthonormal with respect to the moments of inertia A, and orthogonal with
  * respect to the damping D. In the notation of slow.c, the velocities u_i satisfy
  *     u_i' = <A v_i, X - O x U> - d_i u_i,   A X = (AW + h) x W + G P x c,   d_i = <v_i, D v_i>
@@ -11,7 +11,7 @@
 #include "slow_axes.h"
 
 /* Directions perpendicular to the apex, in ascending order of their damping rates d_i. All rates
- * refer to the unit of time of the motion. */
+ * are expressed in the motion's unit of time. */
 struct held_directions {
     dd v[2][3], weight[2][3]; /* v_i and A v_i */
     dd drag[2][2];    /* <v_i, D v_k>, where the two values for i != k are rounding errors */
@@ -99,8 +99,8 @@ static void find_held_directions(const kr_motion *motion, held_directions *held)
     }
     held->couple = v_dot(high[0], v_cross(motion->rotor, high[1]));
 }
-/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if damping
- * dominates the rate `undamped` and the torque `pull`. */
+/* Marks as strongly damped all directions with an index of at least `least`. Returns 1 if
+ * damping dominates all effects with rates up to `undamped` and torques up to `pull`. */
 static int take_held_directions(const held_directions *held, int least, double undamped,
                                 double pull, slow_axes *slow)
 {

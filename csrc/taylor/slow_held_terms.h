@@ -62,7 +62,7 @@ static double NAME(follow_held)(NAME(terms) * s, const slow_axes *slow,
     for (int j = 0; j < 3; j++) moved = fmax(moved, fabs(high(minus(s->c[ROW_U + j][n], last[j]))));
     return moved;
 }
-/* Performs one iteration for all coefficients. */
+/* Performs one iteration for all Taylor coefficients. */
 static double NAME(improve_held)(NAME(terms) * s, const slow_axes *slow,
                                  const NAME(directions) * held, int order)
 {
@@ -114,8 +114,7 @@ static void NAME(write_grip)(const NAME(terms) * s, const slow_axes *slow,
     }
 }
 /* Returns 1 if the damped velocities at the end of a series agree with those on the slow manifold.
- * If the motion has not reached the manifold, writes an estimate of the remaining time to
- * `wait`. */
+ * If the motion has not reached the manifold, `wait` receives an estimate of the remaining time. */
 static int NAME(is_held_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                      const slow_axes *slow, const NAME(directions) * held,
                                      double least, double near, double *wait)

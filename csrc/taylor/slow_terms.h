@@ -8,14 +8,15 @@ typedef struct NAME(terms) {
     number k[3], up[3], down[3], drag[3], rub[3];
     number ahead[3], behind[3]; /* the rotor's terms: factors of next(W) and prev(W) */
 } NAME(terms);
-/* The members of held_directions, converted to the unit of time of the series. */
+/* The data of held_directions, converted to the unit of time of the series. */
 typedef struct NAME(directions) {
     number v[2][3], weight[2][3], drag[2][2], load[2], moment[3];
 } NAME(directions);
 
-/* Returns a row of Taylor coefficients. Builds without supports have fewer rows. */
+/* Returns one row of the table of Taylor coefficients. In builds without moving supports, the table
+ * has fewer rows. */
 static number *NAME(row)(NAME(terms) * s, int row) { return s->c[row]; }
-/* Returns the n-th coefficient of the product of two rows, `a` and `b`. */
+/* Returns the n-th coefficient of the product of the series in rows `a` and `b`. */
 static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
 {
     number sum = of(0.0, 0.0);
@@ -130,7 +131,7 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
 static void NAME(sway)(NAME(terms) * s, const kr_series from[2])
 {
     number *g = NAME(row)(s, ROW_G), sine = of(from[0].sway[1], from[1].sway[1]);
@@ -199,9 +200,9 @@ static void NAME(write_spin)(const NAME(terms) * s, int u, int order, kr_series 
     }
 }
 /* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * About each strongly damped axis, the difference must be at most `near` times the larger of
- * slow_size and least_size. If the motion has not reached the manifold, writes an estimate of the
- * remaining time to `wait`. */
+ * About each axis with strong damping, the difference must not exceed `near` times the larger of
+ * slow_size and least_size. If the motion has not reached the manifold, `wait` receives an estimate
+ * of the remaining time. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near, double *wait)
 {
@@ -220,8 +221,8 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
 }
 /* Expands the motion on the slow manifold, starting at the end of a series. The errors of the
  * expansion are at most `noise` times the magnitude of W. Returns 0 if the iteration does not
- * converge, or if the motion has not reached the manifold. On failure, writes the waiting time
- * before the next attempt to `wait`. */
+ * converge, or if the motion has not reached the manifold. On failure, `wait` receives the time
+ * until the next attempt. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise, double *wait)
 {

@@ -5,14 +5,14 @@
  *
  * O is the angular velocity of the support, and U is the angular velocity of the body relative to
  * the support. All vectors, including the apex a, are in the body frame. G = base + sway cos(...)
- * is the acceleration along -e3, divided by the acceleration that c includes. This source is
+ * is the acceleration along -e3, in units of the acceleration contained in c. This source is
  * included by series.h, and compiled in doubles and in double-double. Lane 0 of W holds the
  * friction variable. While the top slides, the friction variable is the spin <U, a>. While friction
  * holds the top, the friction variable is the friction torque relative to its maximum. Without
  * friction, lane 0 is unused. */
 
-/* Auxiliary series: `w` holds the relative angular velocity, and `x` holds the effective gravity in
- * all lanes. In double-double, the second struct holds the low words. */
+/* Auxiliary series: the relative angular velocity (in `w`) and the effective gravity (in all lanes
+ * of `x`). In double-double, the second struct holds the low words. */
 typedef struct {
     kr_series words[2];
 } support_series;
@@ -95,7 +95,7 @@ INLINE void set_lane0(kr_series *s, kr_series *own, int n, quad number)
     quad_store(own->end_w, number);
     copy_number(s->w[n], own->end_w);
 }
-/* Adds to coefficient n + 1 of W the friction that keeps the spin constant, and returns the sum. */
+/* Adds the friction that keeps the spin constant to coefficient n + 1 of W, and returns the sum. */
 INLINE quad hold_spin(kr_series *s, kr_series *own, int n, quad w, quad o)
 {
     const quad minus = quad_splat(-1.0), gained = quad_fma(minus, o, w),
@@ -131,7 +131,7 @@ INLINE void set_velocities(kr_series *s, kr_series *own, turned_support *of, int
     set_turned(s->w[n], &of[n].w, w);
     if (s->slides != 0.0 && !is_known) set_lane0(s, own, n, dot_lanes(own, u, quad_load(s->apex)));
 }
-/* Computes the Taylor coefficients of the effective gravity, a constant plus a cosine. */
+/* Computes the Taylor coefficients of the effective gravity, which is a constant plus a cosine. */
 INLINE void set_acceleration(const kr_series *s, kr_series *own, int order)
 {
     duo cosine = duo_lane(s->sway, 0), sine = duo_lane(s->sway, 1);
@@ -149,7 +149,8 @@ INLINE void turn_vertical(const kr_series *s, turned_support *of, int n)
 {
     of[n].p = duo_prev_next(quad_load(s->x[n] + 4));
 }
-/* Computes the (n + 1)-th coefficients of the support motion, given those of the top. */
+/* Computes the (n + 1)-th coefficients of the support motion from known coefficients of the top's
+ * motion. */
 INLINE void next_known_coefficient(kr_series *s, kr_series *own, turned_support *of, int n,
                                    form what, int turns)
 {

@@ -4,18 +4,18 @@
  *     N' = N x W + (c x theta) x G P + k P x b - E x (AW + h)
  *          + (D U) x theta - D (theta' - theta x U) - F U + f (theta x a + d) + g a
  * where y, E, b, k, d and g are the derivatives of the rotor, of O, of the lever, of the
- * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g
- * follows from the condition that the spin <U, a> of the perturbed motion also remains zero. This
- * source is included once for doubles and once for double-doubles. */
+ * acceleration, of the apex a, and of the friction torque f. While friction holds the top, g is
+ * such that the spin <U, a> of the perturbed motion remains zero. This source is included once for
+ * doubles and once for double-doubles. */
 
 /* Taylor coefficients of a vector with three components. */
 typedef struct LOCAL(series) {
     number c[3][KR_TAYLOR_MAX + 1];
 } LOCAL(series);
-/* The path, expanded about the beginning of a substep. `relative` is the angular velocity relative
- * to the support, `body` is that of the support, and `momentum` is the angular momentum. `dragged`
- * is the damping torque, and `pulled` is the effective gravity vector. `torque` is the friction
- * torque, and `ease` is <a / A, a>. */
+/* The path, expanded about the beginning of a substep. `relative` is the angular velocity of the
+ * top relative to the support, and `body` is the angular velocity of the support. `momentum` is the
+ * angular momentum, `dragged` is the damping torque, and `pulled` is the effective gravity vector.
+ * `torque` is the friction torque, and `ease` is <a / A, a>. */
 typedef struct LOCAL(moving_path) {
     LOCAL(series) velocity, relative, body, momentum, dragged, vertical, pulled;
     number cosine[KR_TAYLOR_MAX + 1], sine[KR_TAYLOR_MAX + 1];
@@ -36,7 +36,7 @@ typedef struct LOCAL(vector) {
 } LOCAL(vector);
 
 /* Returns the n-th coefficient of the cross product of two series. The six sums are independent, so
- * that the processor can compute them in parallel. */
+ * the processor can compute them in parallel. */
 static LOCAL(vector) LOCAL(cross)(const LOCAL(series) * a, const LOCAL(series) * b, int n)
 {
     const number zero = of(0.0, 0.0);

@@ -2,8 +2,7 @@
  * (support.h). The exact position of the support is computed at the beginning of each step. Within
  * a step, the spin of a sliding top and the torque on a held top are polynomials in time. A step
  * ends where the spin reaches zero or the friction torque reaches its limit. The end of the step is
- * accurate up to the rounding errors of the arithmetic, which is double-double for more than 16
- * digits. */
+ * accurate to double precision, or to double-double precision for more than 16 digits. */
 #include <float.h>
 #include <string.h>
 #include "math/dd_functions.h"
@@ -15,16 +14,16 @@
 /* Relative threshold below which a spin or friction torque is treated as zero. */
 #define NEGLIGIBLE_SPIN 0x1p-48
 #define NEGLIGIBLE_SPIN_DEEP 0x1p-92
-/* Relative width of the interval at which bisection stops. */
+/* Relative interval width at which bisection stops. */
 #define NARROW_PART 0x1p-30
-/* Newton's method stops at corrections larger than FARTHEST_PART or smaller than CONVERGED_PART,
- * relative to the step. */
+/* Newton's method stops if a correction, divided by the step size, is above FARTHEST_PART or below
+ * CONVERGED_PART. */
 #define FARTHEST_PART 0x1p-20
 #define CONVERGED_PART 0x1p-50
 #define NEWTON_LEAST 3
 #define NEWTON_MOST 8
-/* Larger friction would overflow. The time in which friction near MOST_FRICTION stops a top is
- * below the rounding error. */
+/* Larger friction would overflow. Friction near MOST_FRICTION stops a top in a time below the
+ * rounding error. */
 #define MOST_FRICTION 1e250
 
 static kr_taylor *taylor_of(const kr_motion *motion) { return (kr_taylor *)motion->work; }
@@ -227,7 +226,8 @@ kr_vec3 kr_support_acceleration(const kr_series *s)
     }
     return v_of(sum);
 }
-/* Returns the time derivative of the spin at the end of the last step, excluding friction. */
+/* Returns the time derivative of the spin at the end of the last step, without the contribution of
+ * friction. */
 static double free_spin_rate(const kr_series *s)
 {
     const kr_vec3 W = v_of(s->end_w + 1), O = v_of(s->turn + 1);
@@ -257,7 +257,7 @@ static void decide_hold(kr_taylor *p, const kr_motion *motion, double needed)
     const double along = (needed > 0.0) == (motion->step >= 0.0) ? 1.0 : -1.0;
     p->sliding = fabs(needed) <= 1.0 ? 0.0 : along;
 }
-/* Returns the threshold below which a spin counts as zero, in the unit of time of the series. The
+/* Returns the threshold below which a spin is treated as zero, in the units of the series. The
  * threshold is lowered if damping is much faster than all other effects. */
 static double negligible_spin(const kr_motion *motion)
 {
@@ -349,7 +349,7 @@ static dd refine_limit(const kr_series s[2], int order, double value, double nea
     }
     return h;
 }
-/* Ends the step at the time `h` after its beginning. */
+/* Changes the length of the step to `h`. */
 static void end_step_at(kr_series s[2], const kr_kernel *kernel, int deep, dd h)
 {
     const dd to = dd_add(dd_add(dd_of(s[0].t), dd_of(s[1].t)), h);
@@ -442,7 +442,8 @@ void kr_support_set_mode(const kr_motion *motion)
     s[0].holds = p->sliding == 0.0;
     set_vector_words(s[0].rub, s[1].rub, vdd_scale(dd_of(-p->sliding * friction), eased));
 }
-/* Sets the unit of time to 1 / rate. If there are tangents, the unit of time must stay constant. */
+/* Sets the unit of time to 1 / rate. While tangents are propagated, the unit of time must not
+ * change. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate || p->has_tangents != 0.0) return;

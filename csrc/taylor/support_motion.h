@@ -35,14 +35,14 @@ void kr_support_start(const kr_motion *motion);
 void kr_support_set_mode(const kr_motion *motion);
 /* Returns the angular acceleration at the end of the last step, excluding that due to friction. */
 kr_vec3 kr_support_acceleration(const kr_series *s);
-/* Returns the friction torque in the units of a series. */
+/* Returns the magnitude of the friction torque in the units of the Taylor series. */
 double kr_support_friction(const kr_motion *motion, double rate);
 /* Returns the sign of the spin of a sliding top, or 0 if friction holds the top. */
 double kr_support_sliding(const kr_series *s);
 /* Returns 1 if the friction torque is discontinuous at the end of the last step. Writes the
- * `factor` with which kr_support_jump_tangents must be called. `factor` is NaN if the top starts
- * without spin and friction cannot hold the top. If the spin is zero, the direction of the friction
- * depends on the sign of the perturbation. */
+ * argument `factor` for kr_support_jump_tangents. `factor` is NaN if the top starts without spin
+ * and friction cannot hold the top. If the spin is zero, the direction of the friction depends on
+ * the sign of the perturbation. */
 int kr_support_jumps(const kr_motion *motion, int order, dd *factor);
 /* Computes the next step. With friction, the step ends at the latest when the spin vanishes or
  * friction can no longer hold the top. */

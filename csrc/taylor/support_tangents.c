@@ -5,15 +5,15 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Data of the motion in the units of the series. A, D, h and `turning` are the moments of inertia,
- * the damping, the rotor and the support's angular velocity. `rate`, `base` and `sway` describe the
- * shaking, and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and
- * `cosine` and `sine` give the current phase of the shaking. */
+/* Data of the motion in the units of the series. A, D and h have the same meaning as in support.h,
+ * and `turning` is the support's angular velocity. `rate`, `base` and `sway` describe the shaking,
+ * and `lever` is the lever arm of the effective gravity. `q` is the current attitude, and `cosine`
+ * and `sine` give the current phase of the shaking. */
 typedef struct support_data {
     double A[3], D[3], h[3], turning[3];
     dd rate, base, sway, lever[3], q[4], cosine, sine;
-    /* Data of the friction: apex, friction torque, and sign of the spin of a sliding top. `holds`
-     * is nonzero if friction holds the top. */
+    /* Friction data: the apex, the friction torque, and the sign of the spin while the top slides.
+     * `holds` is nonzero if friction holds the top. */
     dd apex[3];
     double friction, sliding;
     int holds;
@@ -97,8 +97,8 @@ static support_data read_support(const kr_motion *motion, double rate, const kr_
     return data;
 }
 /* Computes the coefficients of the factor k in support_deviation.h. The factor k is the
- * acceleration of the support, or the derivative of the acceleration with respect to the amplitude,
- * rate or phase of the shaking. */
+ * acceleration of the support, or its derivative with respect to the amplitude, rate or phase of
+ * the shaking. */
 static void set_scale(const kr_motion *motion, double rate, dd since, double timing, dd scale[4])
 {
     const kr_shaking *shaking = &motion->scene->shaking;

@@ -4,10 +4,9 @@
 #include "support_motion.h"
 #include "support_tangents.h"
 
-/* Limits on the number of substeps in a step, and on the number of attempts to shorten a
- * substep. */
+/* Maximum number of substeps in a step, and maximum number of attempts to shorten a substep. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Largest admissible relative truncation error of a tangent, in units of the tolerance of the path.
+/* Largest admissible relative truncation error of a tangent, divided by the tolerance of the path.
  * For most paths, the truncation error of the tangents remains below the limit. */
 static const double rest_over_tolerance = 0x1p9;
 
@@ -109,8 +108,8 @@ static void put_number(const kr_motion *motion, double *high, dd a)
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Reads a number. Negative zeros become positive, because the sign of a zero may depend on other
- * tangents in the batch. */
+/* Reads a number. Negative zeros are replaced by positive zeros, because the sign of a zero may
+ * depend on other tangents in the batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
@@ -216,8 +215,7 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
-/* Applies the jump of the tangents if the friction torque is discontinuous at the end of the last
- * step. */
+/* Updates the tangents if the friction torque jumps at the end of the last step. */
 static void pass_stop(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_taylor *p = series_work(motion);
@@ -358,9 +356,9 @@ static double largest_last_term(const kr_motion *motion)
 {
     return rest_over_tolerance * exp2(series_work(motion)->log2_tol);
 }
-/* Computes the series of the tangents for one substep. The substep ends with the step, or earlier
- * if the truncation error would be too large. Returns the relative truncation error at the end of
- * the substep. */
+/* Computes the series of the tangents for one substep. The substep ends at the end of the step, or
+ * earlier to keep the truncation error small enough. Returns the relative truncation error at the
+ * end of the substep. */
 static double expand_part(const kr_motion *motion, double *memory, size_t n)
 {
     const double most = largest_last_term(motion);
@@ -373,8 +371,8 @@ static double expand_part(const kr_motion *motion, double *memory, size_t n)
     c->until = c->path[0].at;
     return worst;
 }
-/* Computes the series for the first substep of the last step. Returns the relative truncation error
- * at the end of the substep. */
+/* Computes the Taylor series of the tangents for the first substep of the last step. Returns the
+ * relative truncation error at the end of the substep. */
 static double expand_first_part(const kr_motion *motion, double *memory, size_t n)
 {
     const size_t words = words_of(motion->digits);
@@ -388,8 +386,8 @@ static double expand_first_part(const kr_motion *motion, double *memory, size_t 
     c->part = 1.0;
     return expand_part(motion, memory, n);
 }
-/* Computes the series for the next substep. Returns the relative truncation error at the end of the
- * substep. */
+/* Computes the Taylor series of the tangents for the next substep. Returns the relative truncation
+ * error at the end of the substep. */
 static double expand_next_part(const kr_motion *motion, double *memory, size_t n)
 {
     restart_series(motion, memory, n);
@@ -443,7 +441,7 @@ static void find_part(const kr_motion *motion, double *memory, size_t n, double 
     while (c->part < fmin(c->parts, MAX_PARTS) && forward * (to - c->until) > 0.0)
         expand_next_part(motion, memory, n);
 }
-/* Evaluates all tangents at the time of the path within the last step, and stores the values in
+/* Evaluates all tangents at the sampled time within the last step, and stores the values in
  * `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {

@@ -57,9 +57,9 @@ static double log2_tolerance(const kr_motion *motion)
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel with the fastest order for the given tolerance. If the last Taylor terms are
- * equal, the error increases with the order. The tolerance is therefore lowered for high orders,
- * but not below the rounding error. Orders and tolerances were determined by
+/* Returns the kernel with the fastest order for the given tolerance. For last Taylor terms of equal
+ * size, the error increases with the order. The tolerance is therefore lowered for high orders, but
+ * not below the rounding error. Orders and tolerances were determined by
  * `taylor_kernel_study.py orders` in validation/studies. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
@@ -80,8 +80,8 @@ void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log
     work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Returns a power of two that exceeds all rates of the motion. The energy limits the angular
- * velocity. The other rates are those of the damping, the rotor and the support motion. Damping
+/* Returns a power of two that exceeds all rates of the motion. The angular velocity is bounded by
+ * the energy. The other rates are those of the damping, the rotor and the support motion. Damping
  * does not increase the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W, int is_held)
@@ -104,9 +104,9 @@ static void set_shift(kr_series s[2], int lane, double h, double A, dd k)
     s[0].shift[lane] = shift.hi;
     s[1].shift[lane] = shift.lo;
 }
-/* Sets the rotor terms of the series. If two moments of inertia are equal, the corresponding
- * product of angular velocities has the coefficient zero. Because the rotor terms are divided by
- * this coefficient, zero is replaced by the negligibly small KR_LEAST_FACTOR. */
+/* Sets the rotor terms of the series. If two moments of inertia are equal, the coefficient of the
+ * corresponding product of angular velocities is zero. Because the rotor terms are divided by this
+ * coefficient, zero is replaced by the negligibly small KR_LEAST_FACTOR. */
 static void set_rotor(kr_series s[2], const kr_motion *motion, double rate)
 {
     double A[3], h[3];
@@ -282,8 +282,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* A time outside the step is due to rounding. The series is not valid there, so the nearer end
-     * of the step is used. */
+    /* A time can lie outside the step only because of rounding errors. The series is not valid
+     * there, so the nearer end of the step is used. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;

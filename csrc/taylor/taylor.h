@@ -19,10 +19,10 @@
 #include "math/isa.h"
 
 /* Numbers of Taylor terms for 20 and for 30 digits. HEAD is the index of the last term in
- * double-double, and LAST that of the last term in doubles. Later terms are so small that doubles
- * suffice. A product that is summed in doubles may exceed the tolerance by a factor of at most
- * 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were determined by
- * `taylor_kernel_study.py depth` in validation/studies. */
+ * double-double, and LAST is the index of the last term in doubles. Later terms are so small that
+ * doubles suffice. A product that is summed in doubles may exceed the tolerance by a factor of at
+ * most 2^LESS, about the reciprocal of the relative rounding error 2^-53. The values were
+ * determined by `taylor_kernel_study.py depth` in validation/studies. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -32,7 +32,8 @@
 #define KR_LESS_20 58.0
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
-/* Smallest nonzero coefficient of a product of angular velocities, negligible even at 30 digits. */
+/* Smallest nonzero coefficient of a product of angular velocities, which is negligible even at 30
+ * digits. */
 #define KR_LEAST_FACTOR 0x1p-120
 
 /* Taylor series of one step of the path, from the time t to the time `end`. Access is fastest if
@@ -98,11 +99,11 @@ typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents,
 typedef struct kr_tangents_kernel {
     /* Compute the Taylor coefficients of n tangents, or of n batches of tangents. */
     kr_tangents_expand *expand, *expand_batches;
-    /* Evaluates the eight series in one kr_tangent at the time `to`. */
+    /* Evaluates the eight Taylor series of a kr_tangent at the time `to`. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* Functions for the tail of a series: the terms after a double-double head, computed in doubles. */
+/* Functions that compute the tail of a series in doubles, after the double-double head. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);

@@ -1,4 +1,4 @@
-/* Points that the viewer draws for a top (see mesh.h). */
+/* Shapes that the viewer draws for a top (see mesh.h). */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
@@ -114,8 +114,8 @@ int kr_mesh_momentum_trail(const kr_trail *trail, double scale, float point[][3]
 
 /* Computes the semi-axes of the rod's cross section, which lie along the two principal axes farther
  * from the apex. The bending stiffness in a direction is proportional to the square of the
- * thickness in that direction. If `power` is 0.5, the stiffness is therefore proportional to the
- * moment of inertia about the other axis. */
+ * thickness in that direction. If `power` is 0.5, the stiffness is proportional to the moment of
+ * inertia about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

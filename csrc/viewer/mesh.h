@@ -1,7 +1,7 @@
-/* Points that the viewer draws for a top: a cuboid that represents the body, the trail of the apex,
- * and the corresponding elastic rod. Points are given in space, relative to the fixed point, and
- * the newest point comes first. By Kirchhoff's analogy, the apex direction corresponds to the
- * tangent of the rod, and time corresponds to arc length (Bodack 2008, 5.7). */
+/* Shapes that the viewer draws for a top: a cuboid for the body, the trail of the apex, and an
+ * elastic rod. Points are given in the space frame relative to the fixed point, beginning with the
+ * newest. By Kirchhoff's analogy, the apex direction corresponds to the tangent of the rod, and
+ * time corresponds to arc length (Bodack 2008, 5.7). */
 #ifndef KR_MESH_H
 #define KR_MESH_H
 #include "kreisel.h"
@@ -27,16 +27,16 @@ typedef struct kr_trail {
 } kr_trail;
 
 /* Returns a cuboid with the same inertia, mass and centre of mass as the body. For an unphysical
- * body, the cuboid has only the same inertia and the same product of mass and centre of mass. The
- * density of the cuboid is 1 if possible; otherwise, the function returns the largest possible
- * cuboid. If no suitable cuboid exists, the function returns a cube with edges of length 2. */
+ * body, only the inertia and the product of mass and centre of mass agree. The density of the
+ * cuboid is 1 if possible; otherwise, the function returns the largest possible cuboid. If no
+ * suitable cuboid exists, the function returns a cube with edges of length 2. */
 kr_box kr_mesh_box(const kr_body *body);
-/* Writes the magnitudes of momentum and angular velocity that determine the scale of the picture.
- * The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest possible
- * loss of potential energy. Here I is the largest moment of inertia, and the energies refer to the
- * inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the angular speed of
- * the support. The results are never smaller than the initial values. A result of zero, as for a
- * top that cannot move, is replaced by 1. */
+/* Writes upper bounds on the momentum and the angular velocity, which determine the scale of the
+ * picture. The momentum is bounded by (|m| - |rotor|)^2 / (2 I) <= initial kinetic energy + largest
+ * possible loss of potential energy. Here I is the largest moment of inertia, and the energies
+ * refer to the inertial frame. The angular velocity is bounded by (|m| - |rotor|) / I plus the
+ * angular speed of the support. The results are never smaller than the initial values. A result of
+ * zero, as for a top that cannot move, is replaced by 1. */
 void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity);
 /* Writes the trail of the apex on a sphere with the given radius. Older points are up to 2 % closer
  * to the centre. Returns the number of points, at most KR_MESH_POINTS. */

@@ -37,7 +37,8 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measured values of top i. If `all` is zero, only integrals and errors are measured. */
+/* Writes the measured values of top i. If `all` is zero, only the integrals of the motion and the
+ * errors are measured. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -71,7 +72,8 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the ranges of top i in `row` to include the values `low` and `high`, ignoring NaN. */
+/* Extends the ranges of top i in `row` so that they include the values `low` and `high`; NaN is
+ * ignored. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -87,7 +89,8 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Halves the record by merging rows in pairs. Moves the incomplete row behind the merged rows. */
+/* Halves the number of rows of the record by merging rows in pairs. Moves the incomplete row behind
+ * the merged rows. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -180,7 +183,7 @@ static void add_prepared_top(kr_simulation *simulation)
     begin_row(simulation);
     record_measures(simulation);
 }
-/* Returns nonzero if the step budget is exhausted (poll callback). */
+/* Poll callback that returns nonzero if the step budget is exhausted. */
 static int poll_budget(void *context)
 {
     kr_simulation *simulation = context;
@@ -219,7 +222,7 @@ void kr_simulation_set_floor(kr_simulation *simulation, double lowest)
     if (simulation->count) simulation->slots[simulation->count - 1].lowest = lowest;
 }
 
-/* Stops a top in the state `before` if its apex is now below the floor. */
+/* If the apex is now below the floor, stops the top in the state `before`. */
 static void check_floor(kr_simulation_slot *a, const kr_state *before)
 {
     const double high = kr_state_apex(&a->scene, before).z,

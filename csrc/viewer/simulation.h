@@ -1,8 +1,9 @@
-/* A simulation of several tops that share a common time, and a record of their measured values.
- * Time is counted in integer ticks, so that multiples of different steps can be exactly equal. The
- * states of each top are computed at multiples of its own step size. Tops are compared only at
- * common multiples of their steps; otherwise time differences would appear as errors. Results do
- * not depend on how the simulated time is divided among calls. The memory requirement is fixed. */
+/* Simulation of several tops with a common time, and a record of their measured values. Time is
+ * counted in integer ticks, so that multiples of different steps can be exactly equal. The states
+ * of each top are computed at multiples of its own step size. Tops are compared only at common
+ * multiples of their steps; otherwise time differences would appear as errors. Results do not
+ * depend on how the simulated time is divided among calls. A simulation needs a fixed amount of
+ * memory. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -33,7 +34,8 @@ enum {
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Values of `reference` for a top without a reference, and for a top that is itself a
-     * reference. A reference top is advanced only as long as another top can continue. */
+     * reference. Reference tops are advanced only while a top that is not a reference can
+     * continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
     /* The step budget: in a call for n steps of the simulation, the methods perform at most
@@ -105,15 +107,16 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
                                   int against);
 /* Sets a floor for the most recently added top. The motion ends when the height of the apex falls
  * below `lowest`. This limit is the cosine of the nutation at which the rim touches the floor. The
- * top then remains in the last state above the floor. The time of contact is interpolated within
- * the following step, and stored in `stood`. By default, there is no floor. */
+ * top then remains in the last state above the floor. The time of contact is found by interpolation
+ * within the next step, and is stored in `stood`. By default, there is no floor. */
 void kr_simulation_set_floor(kr_simulation *simulation, double lowest);
-/* Advances each top to the end of its last step that does not go beyond `target`. Performs at most
+/* Advances each top by whole steps, as far as possible without passing `target`. Performs at most
  * `most` steps in total. Returns the time reached. Sets `is_late` if the step budget is exhausted
  * within a step. The next call continues the interrupted step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
-/* Writes the current measured values of top i. All values of a failed top are NaN. The attitude
- * error is NaN if the top has no reference, or if the reference is at a different time. */
+/* Writes the current measured values of top i. All values are NaN if the computation for the top
+ * has failed. The attitude error is NaN if the top has no reference, or if the reference has
+ * reached a different time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);
 #endif
