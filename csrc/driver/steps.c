@@ -23,7 +23,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array to `to`, whose pointers `work` and `aux` stay unchanged. */
+/* Copies a motion and its work array to `to`, but keeps the pointers `work` and `aux` of `to`. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -165,7 +165,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* Invalid states are rejected, because a zero quaternion would be treated as the identity. */
+    /* A zero quaternion would be treated as the identity, so invalid states are rejected here. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;

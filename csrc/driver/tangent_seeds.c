@@ -27,13 +27,14 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial values of all tangent columns, and a pointer to the next free entry. */
+/* The initial data of each column of the tangent matrix; `next` points to the first unused
+ * element. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends a zero entry and returns its address. */
+/* Appends an element filled with zeros and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -56,7 +57,7 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the matrix of the orthogonal projection onto principal axis i, in working axes. */
+/* Writes the matrix of the orthogonal projection onto principal axis i, in the method's axes. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
@@ -73,7 +74,7 @@ static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Returns the product weight * com in working axes and internal units. */
+/* Returns the product weight * com in the axes and units that the method uses. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
@@ -179,8 +180,9 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the user's body frame. The conversion uses double
- * precision if at most 16 digits are requested. The caller obtains `axes` from kr_extended_axes. */
+/* Converts a rotation vector from the method's axes to the user's body frame. The conversion uses
+ * double precision if at most 16 digits are requested. The argument `axes` is the result of
+ * kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};

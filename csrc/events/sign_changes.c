@@ -36,8 +36,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
- * have the sign r->side there. */
+ * leave the interval, the interval is bisected instead. Returns `low` if the sign of the polynomial
+ * at `low` is not r->side. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);

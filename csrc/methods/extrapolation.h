@@ -15,8 +15,8 @@
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
 /* A formulation of the equations of motion in variables y. The function `begin` converts a state to
- * y, and `rates` computes dy/dt. From y, `velocity`, `momentum` and `attitude` compute the
- * corresponding quantities in the space frame. */
+ * y, and `rates` computes dy/dt. The functions `velocity`, `momentum` and `attitude` compute these
+ * quantities in the space frame from y. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);

@@ -101,8 +101,8 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps of an integrable case generally assume a body without a rotor.
- * A rotor along the symmetry axis is also permitted. An axial rotor only adds the constant rate
+/* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
+ * rotor along the symmetry axis is also permitted. An axial rotor only adds the constant rate
  * -rotor / I3 to the spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
@@ -127,8 +127,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with the third axis along `last`. All three moments are
- * set to their mean, because the body is spherical only up to rounding errors. */
+/* Returns principal axes of a spherical body, with the third axis along `last`. All three moments
+ * are set to their mean, because the body is spherical only up to rounding errors. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
