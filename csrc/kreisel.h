@@ -467,7 +467,7 @@ enum {
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of tangent columns for a sum of KR_TANGENT_... flags. */
+/* Returns the number of columns of the tangent matrix for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
@@ -476,10 +476,10 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the relative truncation error of the tangents. The estimate is the ratio
  * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
-/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
- * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
- * do not exist are NaN. No derivatives exist for Euler angles at a vertical apex, for the apex if
- * com is 0, or for body_acceleration with friction. */
+/* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
+ * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of q is a rotation vector (3
+ * numbers). Derivatives that do not exist are NaN. No derivatives exist for Euler angles at a
+ * vertical apex, for the apex if com is 0, or for body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -694,7 +694,7 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
- * increase at the rates `first` and `second`. The state has the initial time and heading. */
+ * increase at the rates `first` and `second`. Time and heading keep their initial values. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
@@ -726,9 +726,9 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, for moments 4 :
- * 4 : 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. Near G =
- * 0, the error grows by one rounding error for each radian of rotation about the vertical. */
+ * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, but for moments
+ * 4 : 4 : 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. Near
+ * G = 0, the error grows by one rounding error for each radian of rotation about the vertical. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     size_t used; /* as in kr_kowalewski */

@@ -28,10 +28,11 @@ typedef struct kr_motion {
     /* If skip_heading is set, states are determined only up to a rotation about the vertical.
      * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
-    /* The number of digits for methods with KR_METHOD_DIGITS, or 0 to use `tol`. With more than 16
-     * digits, lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low
-     * words of the initial state, and the initial momentum has components along the body axes.
-     * Later, `low` holds the low words of the time and of the state that `at` writes. */
+    /* The number of requested digits (for methods with KR_METHOD_DIGITS), or 0 if `tol` is used.
+     * With more than 16 digits, lever_low holds the low words of the lever. On entry to `reset`,
+     * `low` holds the low words of the initial state, and the initial momentum has components along
+     * the body axes. Later, `low` holds the low words of the time and of the state that `at`
+     * writes. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;
@@ -77,10 +78,10 @@ typedef struct kr_step_polynomial {
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The time dependence of the change in torque due to a parameter. With STRENGTH, the torque change
- * is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE or
- * PHASE, the torque change is proportional to the derivative of g(t) with respect to the
- * corresponding parameter of the shaking. */
+/* The way in which the change in torque due to a parameter varies with time. With STRENGTH, the
+ * torque change is proportional to the acceleration g(t); with UNIFORM, it is constant. With
+ * AMPLITUDE, RATE or PHASE, the torque change is proportional to the derivative of g(t) with
+ * respect to that parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,

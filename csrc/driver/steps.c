@@ -132,7 +132,8 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Returns an error code if an auxiliary integration must stop after `steps` steps, else KR_OK. */
+/* Returns KR_OK if an auxiliary integration may continue after `steps` steps, else an error
+ * code. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;

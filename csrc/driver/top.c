@@ -250,7 +250,7 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns KR_ERR_ROTOR if a method does not apply because of the rotor, else KR_ERR_METHOD. */
+/* Returns KR_ERR_ROTOR if the method would apply without the rotor, else KR_ERR_METHOD. */
 static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
 {
     kr_scene without = *scene;
@@ -368,8 +368,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, which keeps its own memory. The initialization
- * of `begun` has used the spare work array of `top`. */
+/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The
+ * initialization of `begun` has used the spare work array of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -449,7 +449,7 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records up to n states, using a method that evaluates several states per call. Recording stops at
+/* Records up to n states with a method that can evaluate several states at once. Recording stops at
  * the first time that is out of order. Returns the number of recorded states. If the result is 0,
  * the caller must compute the first state with record_one. If a step fails, writes its error code
  * to `status`. */

@@ -88,7 +88,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Writes zeros before and after the coefficients of a series. */
+/* Writes zeros before and after the coefficients of a power series. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -292,7 +292,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the sum of the terms in [t, end), which must have the same first component. */
+/* Adds the sum of the terms from `t` up to `end`, all of which must have the same first
+ * component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;

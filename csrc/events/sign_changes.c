@@ -2,8 +2,8 @@
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
  * on an interval have the same sign, there is no root in the interval. If all differences have the
  * same sign, there is no extremum in the interval. Undecided intervals are bisected (de Casteljau;
- * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign is considered
- * certain only if the magnitude of the value exceeds the rounding noise. Two roots between which
+ * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value
+ * is considered certain only if its magnitude exceeds the rounding noise. Two roots between which
  * the polynomial stays below the noise are treated as a double root without a sign change. A root
  * at the boundary between two steps is found exactly once, because the last sign is passed on to
  * the next step. */
@@ -118,8 +118,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
     return search_interval(r, b, 0.0, 1.0);
 }
 /* Omits high-order terms that contribute negligibly to the slope of the polynomial. The truncation
- * error is at most the sum of the magnitudes of the omitted terms. An inconclusive search is
- * repeated with all terms. */
+ * error is at most the sum of the magnitudes of the omitted terms. If the search is inconclusive,
+ * it is repeated with all terms of the polynomial. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

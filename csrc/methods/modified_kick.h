@@ -35,8 +35,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top with symmetry axis a, returns (A - k A^2 <a,e3> / I1) a. This
- * vector is cheaper to compute than q L q*, and has the same cross product with the vertical. */
+/* Returns q L q*. For a Lagrange top with symmetry axis a, returns (A - k A^2 <a,e3> / I1) a, which
+ * is cheaper to compute and has the same cross product with the vertical. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;

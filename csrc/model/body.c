@@ -102,8 +102,8 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
 /* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
- * rotor along the symmetry axis is also permitted. An axial rotor only adds the constant rate
- * -rotor / I3 to the spin. */
+ * rotor along the symmetry axis is permitted, because it only adds the constant rate -rotor / I3 to
+ * the spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -241,7 +241,7 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
 /* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
- * symmetry axis that misses the centre of mass only by rounding errors is made to pass through
+ * symmetry axis that misses the centre of mass only by rounding errors is rotated to pass through
  * it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
