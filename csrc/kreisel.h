@@ -422,8 +422,8 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
 /* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene, like kr_top_reset. To push a moving top or change its body,
- * set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
+/* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
+ * body, set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
  * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
@@ -564,7 +564,7 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent, which require an undamped top and taylor with at most 16 digits.
+/* Growth indicators of a tangent, for undamped tops that taylor integrates with at most 16 digits.
  * The norm of the tangent is measured in the internal units of the top, and is initially 1. The
  * directions of the flow and of the rotation about the vertical, which never grow, are projected
  * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
@@ -637,8 +637,8 @@ typedef struct kr_exact {
     double precession, spin;
     double private_[70];
 } kr_exact;
-/* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if the
- * tilt and horizontal momentum of a heavy top are below 1e-70, but not both zero. */
+/* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if a
+ * heavy top is almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
  * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the

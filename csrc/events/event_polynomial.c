@@ -14,8 +14,8 @@ enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
 /* The Taylor polynomials of the state over a step, truncated at a given order. The members have the
- * same meaning as in kr_step_polynomial. Each function with the prefix add_ adds the coefficients
- * of a power series to the array c. */
+ * same meaning as those of kr_step_polynomial. Each function with the prefix add_ adds the
+ * coefficients of a power series to the array c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -73,8 +73,7 @@ static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns the components of an axis of the user's body frame along the axes that the method
- * uses. */
+/* Returns an axis of the user's body frame, with components along the axes that the method uses. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));

@@ -65,8 +65,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     return changed;
 }
 /* Returns 1 if the sign at the end of an interval determines whether there is a sign change inside.
- * The end value suffices if the polynomial has constant sign, is monotonic, or is zero up to
- * rounding noise. */
+ * The sign at the end of the interval suffices if the polynomial has constant sign, is monotonic,
+ * or is zero up to rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

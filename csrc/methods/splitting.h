@@ -67,7 +67,7 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
 }
 
 /* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
- * identity. In the body frame, m rotates in the direction opposite to the body. */
+ * identity. In the body frame, m rotates in the direction opposite to the rotation of the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;

@@ -130,9 +130,9 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
- * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
- * the basis (e3, n, apex). */
+/* In terms of the Euler angles, an infinitesimal rotation is e3 dprecession + n dnutation + apex
+ * dspin, where n is the line of nodes. The derivatives of the angles are the coefficients of the
+ * rotation vector in the basis (e3, n, apex). */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
