@@ -110,7 +110,7 @@ typedef struct kr_body {
      * given. The tolerance is in [0, 1); values below 1e-12 are treated as 1e-12. */
     double rounded;
     /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes [M
-     * L^2 T^-1]. The momentum m includes that of the rotors. The moments apply to locked rotors. */
+     * L^2 T^-1]. The momentum m includes that of the rotors. `inertia` assumes locked rotors. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -141,7 +141,7 @@ typedef struct kr_scene {
     kr_vec3 turning;
     kr_shaking shaking;
     /* Dry friction: a torque of this constant magnitude about the apex, against the spin [M L^2
-     * T^-2]. A spin of zero stays zero as long as this torque suffices. */
+     * T^-2]. If the spin is zero, it stays zero as long as the friction can hold it. */
     double friction;
 } kr_scene;
 
@@ -203,7 +203,7 @@ KR_API const char *kr_kind_name(kr_kind kind);
 /* Returns the integrable case of a body; `rtol` is the relative tolerance of comparisons. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
-/* Returns the default scene: the cuboid studied in chapter 6 of the thesis (Bodack 2008). */
+/* Returns the default scene, with the cuboid studied in chapter 6 of the thesis (Bodack 2008). */
 KR_API kr_scene kr_scene_default(void);
 /* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
@@ -274,7 +274,7 @@ KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the Kowalewski integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass
  * * gravity * |com| / I1. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), which depends on the same
+/* Returns the Goryachev-Chaplygin integral G [T^-3] (Bodack 2008, 5.2), a function of the same
  * variables as the Kowalewski integral. Returns NaN unless the body is a Goryachev-Chaplygin top. G
  * is conserved only if the vertical momentum is zero. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
@@ -356,11 +356,11 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 /* Returns 1 if a method applies to a scene, else 0. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon of a scene [T]: the largest |t| at which doubles can resolve the attitude.
- * The horizon is 2^53 rad divided by the initial rate of rotation or the pendulum frequency,
- * whichever is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene
- * is invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION. Earlier times may also
- * be refused if damping accelerates a top backward in time. */
+/* Returns the horizon [T], which is the largest |t| at which doubles can resolve the attitude. The
+ * horizon is 2^53 rad divided by the initial rate of rotation or the pendulum frequency, whichever
+ * is larger. The result is INFINITY for a top at rest without torque, and 0 if the scene is
+ * invalid. Times beyond the horizon are refused with KR_ERR_RESOLUTION. Earlier times may also be
+ * refused if damping accelerates a top backward in time. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method computes states at the grid points start.t + k * step. A state
@@ -422,9 +422,9 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
 /* Restarts the top, as if kr_top_create had been called with this initial state. Resets the counts
  * of kr_top_stats, but keeps the events set by kr_top_watch. On failure, the top is unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene, like kr_top_reset. To push a moving top or change its body,
- * set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
- * KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
+/* Restarts the top as kr_top_reset does, but with another scene. To push a moving top or change its
+ * body, set scene->start from kr_top_state. The time grid and the tangents are also reset. Returns
+ * KR_ERR_MEMORY if the closed-form solution needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene for the initial state scene->start + low, which has more than
  * 16 digits (see kr_top_low). The sum must round to scene->start, and low.t must be 0. */
@@ -441,12 +441,12 @@ KR_API double kr_top_time(const kr_top *top);
  * order of the method to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents, the derivatives of the state, listed as X(parameter, bit, number of columns, name).
- * States are bitwise equal with and without tangents. The 6 rows refer to the rotation vector of
- * the attitude in the frame of description [rad] and the momentum in space. The 6 columns of START
- * are derivatives with respect to the corresponding components of the initial state. Derivatives
- * with respect to moments, centre of mass, damping and rotor refer to the principal axes.
- * Derivatives with respect to parameters are taken at fixed initial momentum. */
+/* Groups of tangents (derivatives of the state), listed as X(parameter, bit, number of columns,
+ * name). States are bitwise equal with and without tangents. Rows 1 to 3 give the rotation vector
+ * of the attitude in the frame of description [rad], and rows 4 to 6 the momentum in space. The 6
+ * columns for START are derivatives with respect to the corresponding components of the initial
+ * state. Derivatives with respect to moments, centre of mass, damping and rotor refer to the
+ * principal axes. Derivatives with respect to parameters are taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -467,7 +467,7 @@ enum {
     KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of tangent columns for a sum of KR_TANGENT_... flags. */
+/* Returns the number of columns of the tangent matrix for a sum of KR_TANGENT_... flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state: 6 rows of kr_tangent_columns numbers. Writes the digits
  * beyond double precision to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
@@ -476,10 +476,10 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the relative truncation error of the tangents. The estimate is the ratio
  * of the last retained Taylor term to the norm of the tangent, maximized over all steps. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
-/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], given the
- * tangents [n][6][columns]. The derivative of q is a rotation vector (3 numbers). Derivatives that
- * do not exist are NaN. No derivatives exist for Euler angles at a vertical apex, for the apex if
- * com is 0, or for body_acceleration with friction. */
+/* Writes the derivatives of a quantity at n states. `tangents` has the shape [n][6][columns], and
+ * `out` the shape [n][kr_quantity_doubles][columns]. The derivative of q is a rotation vector (3
+ * numbers). Derivatives that do not exist are NaN. No derivatives exist for Euler angles at a
+ * vertical apex, for the apex if com is 0, or for body_acceleration with friction. */
 KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                  const kr_state states[], uint64_t by, const double tangents[],
                                  double out[]);
@@ -530,18 +530,17 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
  * step that is shorter than doubles can resolve. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Many tops. A worker integrates any number of tops with one method, either one by one or in
- * parallel vector lanes. A worker owns the memory that it needs. Each thread needs its own worker.
- * If the method is NULL, tops that kr_exact_plan accepts use their closed-form solution, and all
- * other tops use taylor. The results for a top depend only on this top and its times, not on other
- * tops, their order, the number of calls, or failures. Results are bitwise equal to those of
- * kr_exact_state or of a kr_top, except for undamped tops that taylor integrates in vector lanes
- * (up to 16 digits). Results from vector lanes are bitwise equal on all instruction sets with fused
- * multiply-add. */
+/* Many tops. A worker integrates any number of tops with one method, one by one or in parallel SIMD
+ * lanes. A worker owns the memory that it needs. Each thread needs its own worker. If the method is
+ * NULL, the closed-form solution is used for tops that kr_exact_plan accepts, and taylor for all
+ * others. The results for a top depend only on this top and its times, not on other tops, their
+ * order, the number of calls, or failures. Results are bitwise equal to those of kr_exact_state or
+ * of a kr_top, unless taylor integrates undamped tops in SIMD lanes (up to 16 digits). Results from
+ * SIMD lanes are bitwise equal on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
-/* Reductions of a quantity component over time, listed as X(kind, name). VARIANCE is the population
- * variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
- * results except LAST are NaN. */
+/* Reductions over time of one component of a quantity, listed as X(kind, name). VARIANCE is the
+ * population variance; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is
+ * NaN, all results except LAST are NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
     X(MIN,       "min")                                                                           \
@@ -565,8 +564,8 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth indicators of a tangent, for undamped tops and the method taylor with up to 16 digits. The
- * norm of the tangent is measured in the internal units of the top, and is initially 1. The
+/* Growth indicators of a tangent, for undamped tops that taylor integrates with at most 16 digits.
+ * The norm of the tangent is measured in the internal units of the top, and is initially 1. The
  * directions of the flow and of the rotation about the vertical, which never grow, are projected
  * out. All indicators are accumulated from the initial time. LOG is the logarithm of the norm; LOG
  * divided by the time is the Lyapunov exponent. MEGNO is the time average of the MEGNO indicator,
@@ -601,32 +600,32 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* Growth indicators as [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
+    /* Growth indicators, [n][times][KR_GROWTH_COUNT]; NaN after the first `done`; may be NULL.
      * `direction` is the initial tangent, like a column of kr_top_tangents; NULL: a generic one. */
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker that keeps a copy of the reductions. Free it with kr_worker_free. */
+/* Allocates a worker, which keeps a copy of the array `reduction`. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Computes the states of all tops at the requested times. Returns KR_OK even if individual tops
- * fail (see their outcomes). If config.poll stops the worker, returns KR_ERR_INTERRUPTED, which is
- * also the status of all unfinished tops. */
+/* Computes the states of all tops at the requested times. Returns KR_OK even if the integration of
+ * individual tops fails (see `outcomes`). Returns KR_ERR_INTERRUPTED if config.poll stops the
+ * worker; unfinished tops then have the same status. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: for each top, the first `times` states at which an event occurs (see
  * kr_top_watch). The time t is the maximum waiting time for each event, and is negative for motion
- * backward in time. There is one waiting time for all tops, or one for each top if own_times is
+ * backward in time. All tops have the same waiting time, or each has its own if own_times is
  * nonzero. The status of a top is KR_ERR_EVENT if no event occurs within the waiting time. Returns
  * KR_ERR_NO_EVENTS for methods other than taylor; see kr_worker_run for other statuses. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
-/* Returns the name of the instruction set that the vector lanes use, or "" if there are no lanes.
+/* Returns the name of the instruction set that the SIMD lanes use, or "" if no lanes are used.
  * Writes the order of the method to `order`. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
 
-/* The closed-form solution for a Lagrange top or a free body, on a support at rest. The accuracy of
- * the solution does not depend on the time. */
+/* The closed-form solution for a Lagrange top, or for a free body, if the support is at rest. The
+ * accuracy of the solution does not depend on the time. */
 typedef struct kr_exact {
     /* Period of the nutation [T], or INFINITY if the nutation is constant. */
     double period;
@@ -638,12 +637,13 @@ typedef struct kr_exact {
     double precession, spin;
     double private_[70];
 } kr_exact;
-/* Computes the closed-form solution for a scene. Returns KR_ERR_METHOD for scenes that kr_exact
- * does not cover, and for heavy tops whose nonzero tilt and motion are below 1e-70. */
+/* Computes the closed-form solution. Returns KR_ERR_METHOD if kr_exact does not apply, or if a
+ * heavy top is almost but not exactly vertical (tilt and horizontal momentum below 1e-70). */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t, or NaN if t is not finite. Beyond kr_scene_horizon, the integrals of
  * motion are correct, but the attitude is arbitrary. The state is NaN if any frequency of the
- * motion is close to the largest finite double. A tilt or motion below 1e-75 is treated as zero. */
+ * motion is close to the largest finite double. Momentum components below 1e-75 |m| are treated as
+ * zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states that are bitwise equal to those of kr_exact_state, but computed faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -685,22 +685,22 @@ typedef struct kr_kowalewski {
 #define KR_KOWALEWSKI_BOUND 1e-11
 /* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
-/* Computes the closed-form solution for a scene in `memory`, and sets `out` to the beginning of
- * `memory`. The caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD for
- * other kinds of body, for damped tops, and if the solution is refused (see `refusal`). A solution
+/* Computes the closed-form solution, stores it in `memory`, and sets `out` to its address. The
+ * caller owns `memory`, which must be aligned for doubles. Returns KR_ERR_METHOD if the body is not
+ * a Kowalewski top, if it is damped, or if the solution is refused (see `refusal`). A solution
  * whose certificate exceeds `bound` is also refused; a `bound` of 0 means KR_KOWALEWSKI_BOUND. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Returns the state at given angles on the invariant torus [turns]. During the motion, the angles
- * increase at the rates `first` and `second`. The state has the initial time and heading. */
+ * increase at the rates `first` and `second`. Time and heading keep their initial values. */
 KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states that are bitwise equal to those of kr_kowalewski_state, but computed faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Reasons why kr_goryachev_chaplygin_plan refuses a top, listed as X(name, message). */
+/* Reasons for refusing a Goryachev-Chaplygin solution, listed as X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
@@ -726,8 +726,8 @@ typedef enum kr_chaplygin_refusal {
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed-form solution for a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the
  * attitude matrix is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession
- * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, for moments 4 :
- * 4 : 1. `mismatch` is at least |<m, e3>| / |m|, which may differ from 0 by a rounding error. Near
+ * is zero. `certificate` and `mismatch` have the same meaning as in kr_kowalewski, but for moments
+ * 4 : 4 : 1. If rounding errors make <m, e3> nonzero, `mismatch` is at least |<m, e3>| / |m|. Near
  * G = 0, the error grows by one rounding error for each radian of rotation about the vertical. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
@@ -762,14 +762,14 @@ typedef struct kr_turning {
     const char *motion_type;
     double private_[5];
 } kr_turning;
-/* Computes the turning points for a scene. Returns KR_ERR_METHOD for tops of any other kind. */
+/* Computes the turning points of the apex. Returns KR_ERR_METHOD unless kr_turning applies. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 /* Returns the effective potential at a nutation angle: the energy minus I1/2 (d nutation/dt)^2 [M
  * L^2 T^-2]. */
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
-/* The closed-form solution of the map bobenko_suris for Lagrange tops. The period, precession and
- * spin refer to the map, not to the continuous motion. */
+/* The closed-form solution of the Bobenko-Suris map for Lagrange tops (method bobenko_suris). The
+ * period, precession and spin refer to the map, not to the continuous motion. */
 typedef struct kr_exact_map {
     double period, precession, spin;
     double step;

@@ -1,16 +1,16 @@
 /* The interface of an integration method. Each method has one file in methods/ and one line in
- * methods.def. A method advances a motion step by step; a motion is the state of a top in working
- * axes and internal units. The driver handles everything else, such as unit conversion, requested
- * times, step limits and recovery from failures. */
+ * methods.def. A method advances a motion (see kr_motion) step by step. The driver handles
+ * everything else, such as unit conversion, requested times, step limits and recovery from
+ * failures. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* The state of motion of a top, in working axes and internal units. The working axes are the
- * principal axes, in the order that the methods need. For a symmetric body, the third axis T is the
- * symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units are
- * powers of two times the user's units. In internal units, the largest moment of inertia and the
- * rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
+/* The state of motion of a top, in the axes and units that the methods use. These working axes are
+ * the principal axes, in the order that the methods need. For a symmetric body, the third axis T is
+ * the symmetry axis; otherwise, the second axis B has the intermediate moment. The internal units
+ * are powers of two times the user's units. In internal units, the largest moment of inertia and
+ * the rate of rotation are about one. Methods with KR_METHOD_ABSOLUTE use the user's time unit. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
@@ -19,8 +19,8 @@ typedef struct kr_motion {
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
-    /* The work array of the method, with method->work doubles and no pointers. The work array of
-     * the main motion is aligned to 64 bytes. */
+    /* The work array of the method consists of method->work doubles, and contains no pointers. The
+     * work array of the main motion is aligned to 64 bytes. */
     double *work;
     /* Additional data of the method, such as its kernel or memory allocated by another library.
      * Freed by `release`. */
@@ -28,15 +28,16 @@ typedef struct kr_motion {
     /* If skip_heading is set, states are determined only up to a rotation about the vertical.
      * Always 0 for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
-    /* The number of digits for methods with KR_METHOD_DIGITS, or 0 to use `tol`. With more than 16
-     * digits, lever_low holds the low words of the lever. On entry to `reset`, `low` holds the low
-     * words of the initial state, and the initial momentum has components along the body axes.
-     * Later, `low` holds the low words of the time and of the state that `at` writes. */
+    /* The number of requested digits (for methods with KR_METHOD_DIGITS), or 0 if `tol` is used.
+     * With more than 16 digits, lever_low holds the low words of the lever. On entry to `reset`,
+     * `low` holds the low words of the initial state, and the initial momentum has components along
+     * the body axes. Later, `low` holds the low words of the time and of the state that `at`
+     * writes. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;
-    /* The user's scene with the most recently set initial state. Closed-form solutions use this
-     * scene to avoid the rounding errors of a conversion to internal units. */
+    /* The user's scene; its initial state is the one that was set most recently. Closed-form
+     * solutions use this scene to avoid the rounding errors of a conversion to internal units. */
     const kr_scene *scene;
     /* The internal units of time and momentum, in the user's units. The method taylor uses them to
      * convert the motion of the support and the friction. */
@@ -69,18 +70,18 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* An infinitesimal perturbation of a motion: a rotation vector in the body frame, and a change in
- * the momentum in the space frame. Deviations are expressed in working axes and internal units. A
- * seed contains the initial deviation, and the derivatives of the coefficients of the equations of
- * motion with respect to a parameter. The derivatives of the moments and the damping are symmetric
- * matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However, strongly damped
- * motions require short steps if deviations are computed. */
+ * the momentum in the space frame. Deviations are expressed in the axes and units that the method
+ * uses. A seed contains the initial deviation, and the derivatives of the coefficients of the
+ * equations of motion with respect to a parameter. The derivatives of the moments and the damping
+ * are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not affect the motion. However,
+ * strongly damped motions require short steps if deviations are computed. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
-/* The time dependence of the change in torque due to a parameter. With STRENGTH, the torque change
- * is proportional to the acceleration g(t); with UNIFORM, it is constant. With AMPLITUDE, RATE or
- * PHASE, the torque change is proportional to the derivative of g(t) with respect to the
- * corresponding parameter of the shaking. */
+/* The way in which the change in torque due to a parameter varies with time. With STRENGTH, the
+ * torque change is proportional to the acceleration g(t); with UNIFORM, it is constant. With
+ * AMPLITUDE, RATE or PHASE, the torque change is proportional to the derivative of g(t) with
+ * respect to that parameter of the shaking. */
 typedef enum kr_timing {
     KR_TIMING_NONE,
     KR_TIMING_STRENGTH,
@@ -90,8 +91,9 @@ typedef enum kr_timing {
     KR_TIMING_PHASE
 } kr_timing;
 /* `pull` is the derivative of weight * com, divided by the acceleration in the user's units.
- * `timing` determines the time dependence of the change in torque. `turning`, `apex` and `friction`
- * are derivatives of the support's angular velocity, the apex and the dry friction. */
+ * `timing` determines the time dependence of the change in torque. `turning` is the derivative of
+ * the support's angular velocity, `apex` that of the apex, and `friction` that of the dry
+ * friction. */
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever, rotor, pull;
@@ -163,14 +165,14 @@ struct kr_method {
     void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the Taylor polynomials of the last step. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* The propagation of tangents, for methods with KR_METHOD_TANGENTS. The pointer is NULL if the
+    /* The propagation of tangents, for methods with KR_METHOD_TANGENTS. `tangents` is NULL if the
      * build omits tangents. */
     const kr_tangent_ops *tangents;
     /* The conversion of states with more than 16 digits, for methods with KR_METHOD_DIGITS:
-     * &kr_extended. The pointer is NULL if the build omits extended precision. */
+     * &kr_extended. `extended` is NULL if the build omits extended precision. */
     const kr_extended_ops *extended;
     /* Returns 1 if all counts, indices and loop bounds in `work` are within range. They may be out
-     * of range in a damaged checkpoint. The pointer is NULL if the work array contains no counts,
+     * of range in a damaged checkpoint. `is_valid` is NULL if the work array contains no counts,
      * indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */

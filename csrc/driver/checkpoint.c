@@ -1,10 +1,10 @@
-/* Checkpoints: functions that save the state of a top to a block of memory and restore it.
+/* Functions that save the state of a top to a block of memory (a checkpoint) and restore it.
  * Checkpoints contain no pointers; loading a checkpoint leaves the pointers of the top unchanged.
  * After a checkpoint is loaded, a fixed-step motion continues on the same time grid. An adaptive
- * motion continues with its most recent step size and order. A method with dense output resumes
- * inside its last step. A checkpoint consists of a header, the saved fields of the top, its work
- * arrays and tangents, and the search state of each event. The search states ensure that a resumed
- * run neither repeats nor misses an event. */
+ * motion continues with its most recent step size and order. If the method has dense output, the
+ * motion continues within the last step. A checkpoint consists of a header, the saved fields of the
+ * top, its work arrays and tangents, and the search state of each event. The search states ensure
+ * that a resumed run neither repeats nor misses an event. */
 #include "top.h"
 
 typedef struct checkpoint_header {
@@ -29,7 +29,7 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* The number of bytes of a kr_top that a checkpoint stores. */
+/* Number of bytes of a kr_top that are stored in a checkpoint. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* The saved data of an event: its search state, and a checksum of its definition. */
@@ -52,7 +52,7 @@ static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
-/* Returns a checkpoint header for `top`, with a checksum of zero. */
+/* Returns the header of a checkpoint of `top`, with its checksum set to zero. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {

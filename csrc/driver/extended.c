@@ -1,6 +1,6 @@
 /* Unit conversion for computations in extended precision (more than 16 digits). For up to 16
  * digits, see top.c. Input values are treated as exact. Quaternions are normalized in double-double
- * arithmetic. The principal moments need no rotation, because the working axes are the principal
+ * arithmetic. The moments of inertia need no rotation, because the methods use the principal
  * axes. */
 #include "model/scene.h"
 #include "math/split_double.h"
@@ -10,7 +10,7 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the change in q* m q that results from the digits of q and m beyond double precision. The
+/* Returns the change in q* m q if the digits of q and m beyond double precision are included. The
  * norm of q is arbitrary. */
 static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {

@@ -1,4 +1,4 @@
-/* The attributes of a method, and functions that check whether a method applies to a body or
+/* Attributes of integration methods, and checks whether a method applies to a given body or
  * scene. */
 #include "method.h"
 #include "model/scene.h"

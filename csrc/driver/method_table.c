@@ -1,5 +1,5 @@
-/* The table of methods, built from methods.def. A build with selected methods (KREISEL_METHODS)
- * uses a generated methods.def that marks all other methods OMITTED. */
+/* The table of methods, built from methods.def. If methods are selected at build time
+ * (KREISEL_METHODS), all others are marked OMITTED in a generated methods.def. */
 #include <string.h>
 #include "method.h"
 

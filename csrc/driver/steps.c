@@ -23,7 +23,7 @@ static int is_main_good(const kr_top *top)
     return is_good_state(top, &state);
 }
 
-/* Copies a motion and its work array to `to`, whose pointers `work` and `aux` stay unchanged. */
+/* Copies a motion and its work array to `to`, but keeps the pointers `work` and `aux` of `to`. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -132,7 +132,8 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Returns an error code if an auxiliary integration must stop after `steps` steps, else KR_OK. */
+/* Returns KR_OK if an auxiliary integration may continue after `steps` steps, else an error
+ * code. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
@@ -165,7 +166,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* Invalid states are rejected, because a zero quaternion would be treated as the identity. */
+    /* A zero quaternion would be treated as the identity, so invalid states are rejected here. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;

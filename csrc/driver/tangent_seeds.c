@@ -27,13 +27,14 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The initial values of all tangent columns, and a pointer to the next free entry. */
+/* The initial data of each column of the tangent matrix; `next` points to the first unused
+ * element. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
-/* Appends a zero entry and returns its address. */
+/* Appends an element filled with zeros and returns its address. */
 static kr_seed *add_seed(seed_list *to)
 {
     const kr_seed zero = {.at_start = {zero_vector, zero_vector},
@@ -44,7 +45,7 @@ static kr_seed *add_seed(seed_list *to)
     *to->next = zero;
     return to->next++;
 }
-/* Adds the six tangent columns for the initial attitude and momentum. */
+/* Adds the six columns of the tangent matrix for the initial attitude and momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
@@ -56,33 +57,33 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the matrix of the orthogonal projection onto principal axis i, in working axes. */
+/* Writes the matrix of the orthogonal projection onto principal axis i, in the method's axes. */
 static void project_on_axis(const seed_list *to, int i, double matrix[6])
 {
     const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
     const double elements[6] = {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y};
     memcpy(matrix, elements, sizeof elements);
 }
-/* Adds the three tangent columns for the principal moments. */
+/* Adds the three columns of the tangent matrix for the principal moments. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->moments);
 }
-/* Adds the three tangent columns for the damping coefficients. */
+/* Adds the three columns of the tangent matrix for the damping coefficients. */
 static void seed_damping(seed_list *to)
 {
     for (int i = 0; i < 3; i++) project_on_axis(to, i, add_seed(to)->damping);
 }
-/* Returns the product weight * com in working axes and internal units. */
+/* Returns the product weight * com in the axes and units that the method uses. */
 static vec_dd lever_in_own_units(const seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
     return vdd_scale(own, v_dd(a, none));
 }
-/* Adds the tangent column for a parameter on which lever = mass * gravity * com depends. On a
- * support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the derivative is
- * mass * com * k, where k is the acceleration or a derivative of the acceleration. */
+/* Adds the column of the tangent matrix for a parameter on which lever = mass * gravity * com
+ * depends. On a support at rest, d(lever) / d(parameter) = weight * com. On a shaken support the
+ * derivative is mass * com * k, where k is the acceleration or a derivative of the acceleration. */
 static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_timing timing)
 {
     kr_seed *seed = add_seed(to);
@@ -90,8 +91,8 @@ static void seed_lever(seed_list *to, dd weight, double mass, kr_vec3 com, kr_ti
     seed->pull = lever_in_own_units(to, dd_of(mass), com);
     seed->timing = timing;
 }
-/* Adds the three tangent columns for the centre of mass, `com`. The direction of the apex depends
- * on `com` unless `com` is zero. */
+/* Adds the three columns of the tangent matrix for the centre of mass, `com`. The direction of the
+ * apex depends on `com` unless `com` is zero. */
 static void seed_com(seed_list *to, const kr_body *body, double gravity)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -108,14 +109,14 @@ static void seed_com(seed_list *to, const kr_body *body, double gravity)
         to->next[-1].apex = vdd_scale(dd_div(dd_of(unit), dd_sqrt(square)), across);
     }
 }
-/* Adds the three tangent columns for the momentum of the rotor. */
+/* Adds the three columns of the tangent matrix for the momentum of the rotor. */
 static void seed_rotor(seed_list *to)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
     for (int i = 0; i < 3; i++)
         add_seed(to)->rotor = v_dd(q_turn_back(to->working, v3(i == 0, i == 1, i == 2)), none);
 }
-/* Adds the tangent columns for the rotation and the shaking of the support. */
+/* Adds the columns of the tangent matrix for the rotation and the shaking of the support. */
 static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
 {
     static const kr_timing timings[] = {KR_TIMING_AMPLITUDE, KR_TIMING_RATE, KR_TIMING_PHASE};
@@ -124,7 +125,7 @@ static void seed_support(seed_list *to, const kr_body *body, uint64_t by)
     for (int i = 0; i < 3 && by & KR_TANGENT_SHAKING; i++)
         seed_lever(to, dd_of(0.0), body->mass, body->com, timings[i]);
 }
-/* Initializes all tangent columns that the configuration of `top` requests. */
+/* Initializes all columns of the tangent matrix that the configuration of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -179,8 +180,9 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     }
     if (by & KR_TANGENT_FRICTION) unit[friction] = top->momentum_unit / top->time_unit;
 }
-/* Converts a rotation vector from working axes to the user's body frame. The conversion uses double
- * precision if at most 16 digits are requested. The caller obtains `axes` from kr_extended_axes. */
+/* Converts a rotation vector from the method's axes to the user's body frame. The conversion uses
+ * double precision if at most 16 digits are requested. The argument `axes` is the result of
+ * kr_extended_axes. */
 static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
     const kr_vec3 none = {0.0, 0.0, 0.0};
@@ -188,7 +190,7 @@ static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
     return top->main.digits > 16 ? qdd_turn(axes, turn)
                                  : v_dd(q_turn(top->axes, vdd_high(turn)), none);
 }
-/* Writes one tangent column, converted to the user's frame and units. */
+/* Writes one column of the tangent matrix, converted to the user's frame and units. */
 static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
                        size_t n, double *out, double *low)
 {

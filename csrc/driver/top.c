@@ -1,4 +1,4 @@
-/* Functions that create tops and compute their states at requested times, in the user's frame and
+/* Functions that create a kr_top and compute its state at requested times, in the user's frame and
  * units. Limits, non-finite states, interruptions and recovery are handled in steps.c. A fixed-step
  * method computes states on the time grid start.t + k * step. An adaptive method computes states at
  * the ends of its own steps. A state within a step is computed by a separate integration from the
@@ -20,7 +20,7 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its own step size. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, but at most the duration of 2^50 steps for a fixed-step method. Beyond 2^50
+/* Returns `horizon`, limited to the duration of 2^50 steps if the step size is fixed. Beyond 2^50
  * steps, the times of two grid points may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
@@ -166,7 +166,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The most common request is the next grid point, which needs no further checks. */
+    /* The next grid point, which is the most common case, needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -215,8 +215,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if the accuracy is
- * determined by a tolerance instead. */
+/* Returns the number of requested digits, rounded up to 16, 20 or 30. Returns 0 if a tolerance
+ * determines the accuracy. */
 static int round_digits(int digits)
 {
     return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
@@ -250,7 +250,7 @@ static kr_status check_options(const kr_method *method, const kr_config *config)
                          (KR_HAS_SUPPORTS || !(config->tangents & of_supports));
     return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
-/* Returns KR_ERR_ROTOR if a method does not apply because of the rotor, else KR_ERR_METHOD. */
+/* Returns KR_ERR_ROTOR if the method would apply without the rotor, else KR_ERR_METHOD. */
 static kr_status find_refusal(const kr_method *method, const kr_scene *scene)
 {
     kr_scene without = *scene;
@@ -368,8 +368,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Copies the newly initialized top `begun` to `top`, which keeps its own memory. The initialization
- * of `begun` uses work memory of `top`. */
+/* Copies the newly initialized top `begun` to `top`, but keeps the memory of `top`. The
+ * initialization of `begun` has used the spare work array of `top`. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -449,7 +449,7 @@ static kr_status record_one(kr_top *top, double t, kr_state *out)
     if (status != KR_OK) *out = before;
     return status;
 }
-/* Records up to n states, using a method that evaluates several states per call. Recording stops at
+/* Records up to n states with a method that can evaluate several states at once. Recording stops at
  * the first time that is out of order. Returns the number of recorded states. If the result is 0,
  * the caller must compute the first state with record_one. If a step fails, writes its error code
  * to `status`. */

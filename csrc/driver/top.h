@@ -85,12 +85,13 @@ static inline void kr_event_reset_search(kr_event *event)
     X(momentum_unit, 280)
 /* clang-format on */
 
-/* Returns the working axes of a top, and the inertia, centre of mass, damping and rotor along these
- * axes. */
+/* Returns the axes that the method uses, and the inertia, centre of mass, damping and rotor along
+ * these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
-/* Returns the initial state `start`, converted to working axes and internal units. */
+/* Returns the initial state `start` in the axes and units that the method uses. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
-/* Returns the rotation from working axes to the user's body frame in double-double precision. */
+/* Returns the rotation from the method's axes to the user's body frame, in double-double
+ * precision. */
 quat_dd kr_extended_axes(const kr_top *top);
 /* Unit conversion for computations in extended precision (more than 16 digits). */
 struct kr_extended_ops {
@@ -112,15 +113,15 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the upper bound on requested times for `top` with `scene`. */
+/* Returns the upper bound on requested times if `top` starts from the initial state of `scene`. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates memory for a top, for the work arrays of `method`, and for the tangents of `config`.
+/* Allocates memory for a top, the work arrays of `method` and the tangents that `config` requests.
  * Reserves `extra` further doubles. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
                        kr_top **top);
-/* Sets the direction of the centre of mass in working axes, which the event search uses. */
+/* Stores the direction of the centre of mass in the method's axes, for use by the event search. */
 void kr_top_set_apex(kr_top *top);
-/* Returns the number of doubles that the tangents of `config` need. */
+/* Returns the number of doubles needed for the tangents that `config` requests. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 /* Initializes the requested tangents. */
 static inline void kr_tangents_begin(kr_top *top)
@@ -129,7 +130,7 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the last requested time, in working axes and internal units. */
+/* Writes the tangents at the last requested time, in the axes and units that the method uses. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with a new `scene` and `config`, as if it had been created by kr_top_create. `low`
  * holds the digits of the initial state beyond double precision, or is NULL. Leaves the top

@@ -1,5 +1,5 @@
-/* Conversion of the initial state to working axes, for up to 16 digits. For more digits, see
- * extended.c. */
+/* Conversion of the initial state to the axes that the method uses, for up to 16 requested digits.
+ * For more digits, see extended.c. */
 #include "model/body.h"
 #include "top.h"
 
@@ -12,8 +12,8 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Converts the attitude `q` to working axes that are a permutation of the principal axes. For an
- * upright top, a small tilt becomes the difference of nearly equal quaternion components.
+/* Converts the attitude `q` to axes that are a permutation of the principal axes. If the top is
+ * nearly upright, its small tilt angle is the difference of two nearly equal quaternion components.
  * Double-double arithmetic is used to preserve the digits of small tilt angles. Stores the digits
  * of the result beyond double precision in top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)

@@ -4,20 +4,18 @@
  * angular velocity W. For components along a unit vector e in space, with a vector v in the body
  * frame,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * All numbers are in the units of the step. The units are powers of two such that every component
- * has magnitude at most one. */
+ * All numbers are scaled by powers of two such that every component has magnitude at most one. */
 #include "model/quantities.h"
 #include "model/scene.h"
 #include "event_polynomial.h"
 
-/* A padded series has PAD zeros, followed by ROOM elements for the coefficients and further
- * zeros. */
+/* The coefficients of a power series, with PAD zeros in front and further zeros at the end. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
 /* The Taylor polynomials of the state over a step, truncated at a given order. The members have the
- * same meaning as in kr_step_polynomial. Functions whose names begin with add_ add a series to the
- * coefficients c. */
+ * same meaning as those of kr_step_polynomial. Each function with the prefix add_ adds the
+ * coefficients of a power series to the array c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -27,8 +25,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, which is a power of two. The first letter of the dimension
- * determines the unit: M for momenta, T for rates. */
+/* Returns the unit of a component, which is a power of two. Momenta have a dimension that begins
+ * with M, and rates have one that begins with T. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -45,8 +43,8 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the coefficient of a term of an event function, in the units of the step. `rate` is the
- * frequency unit of the step. */
+/* Returns the coefficient of a term of an event function, in the units used for one step. `rate` is
+ * the unit of frequency. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -75,7 +73,7 @@ static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* Returns an axis of the user's body frame as a vector in working axes. */
+/* Returns an axis of the user's body frame, with components along the axes that the method uses. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
@@ -89,7 +87,7 @@ static kr_vec3 momentum_coefficient(const step_view *v, int n)
                ? v_axpy(1.0 / v->rate, motion->rotor, M)
                : M;
 }
-/* Writes zeros before and after the coefficients of a series. */
+/* Writes zeros before and after the coefficients of a power series. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
@@ -167,8 +165,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds a multiple of a component of the attitude quaternion. Every quantity with the flag
- * KR_QUANTITY_IN_EVENTS requires a function like add_q. */
+/* Adds a multiple of a component of the attitude quaternion. Every quantity that events can use
+ * (KR_QUANTITY_IN_EVENTS) requires its own add_ function. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -293,7 +291,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, piece->rate, terms[i].second);
     return size;
 }
-/* Adds the sum of the terms in [t, end), which must have the same first component. */
+/* Adds the sum of the terms from `t` up to `end`, all of which must have the same first
+ * component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -322,8 +321,8 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Expands an event function to order zero, or an extremum event to order one, about the end of a
- * step. */
+/* Expands an event function about the end of a step, to order one for an extremum event and to
+ * order zero otherwise. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {

@@ -9,9 +9,9 @@ enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes the event function g as a polynomial in s over the step, 0 <= s <= 1, and returns the
- * degree. For an extremum event, writes the derivative of the event function instead. The
- * polynomials of two consecutive steps agree at their common time up to rounding errors. The array
- * c has KR_TERMS_ROOM elements. */
+ * degree. For an extremum event, the polynomial is the derivative of g. The polynomials of two
+ * consecutive steps agree at their common time up to rounding errors. The array c has KR_TERMS_ROOM
+ * elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
 /* Values of an event function below KR_TERMS_UNSURE times its upper bound are treated as zero. The
@@ -28,7 +28,7 @@ typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the event function as a linear function of components in working axes. `rate` is the
- * frequency unit of the step. The event function must be linear (see kr_terms_are_linear). */
+/* Returns the coefficients of a linear event function (see kr_terms_are_linear), in the axes that
+ * the method uses. `rate` is the unit of frequency. */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -62,8 +62,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event function within the last step. If there is no further sign
- * change, sets own->sign to 0. */
+/* Finds the next sign change of an event function within the last step. Sets own->sign to 0 if
+ * there is no further sign change. */
 static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
                                   const kr_event *event, kr_event_search *own)
 {

@@ -2,8 +2,8 @@
  * the Bernstein basis bound its values, and their differences bound its slope. If all coefficients
  * on an interval have the same sign, there is no root in the interval. If all differences have the
  * same sign, there is no extremum in the interval. Undecided intervals are bisected (de Casteljau;
- * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. A sign is considered
- * certain only if the magnitude of the value exceeds the rounding noise. Two roots between which
+ * Lane and Riesenfeld 1981) until the values are indistinguishable from zero. The sign of a value
+ * is considered certain only if its magnitude exceeds the rounding noise. Two roots between which
  * the polynomial stays below the noise are treated as a double root without a sign change. A root
  * at the boundary between two steps is found exactly once, because the last sign is passed on to
  * the next step. */
@@ -36,8 +36,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     return p;
 }
 /* Returns a root between `low` and `high`, computed by Newton's method. If a Newton step would
- * leave the interval, the interval is bisected instead. Returns `low` if the polynomial does not
- * have the sign r->side there. */
+ * leave the interval, the interval is bisected instead. Returns `low` if the sign of the polynomial
+ * at `low` is not r->side. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -65,8 +65,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     return changed;
 }
 /* Returns 1 if the sign at the end of an interval determines whether there is a sign change inside.
- * The end value suffices if the polynomial has constant sign, is monotonic, or is zero up to
- * rounding noise. */
+ * The sign at the end of the interval suffices if the polynomial has constant sign, is monotonic,
+ * or is zero up to rounding noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -118,8 +118,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
     return search_interval(r, b, 0.0, 1.0);
 }
 /* Omits high-order terms that contribute negligibly to the slope of the polynomial. The truncation
- * error is at most the sum of the magnitudes of the omitted terms. An inconclusive search is
- * repeated with all terms. */
+ * error is at most the sum of the magnitudes of the omitted terms. If the search is inconclusive,
+ * it is repeated with all terms of the polynomial. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -1,4 +1,4 @@
-/* The right-hand side of the equations of motion for the GSL methods, and its Jacobian. A test
+/* The right-hand side of the equations of motion and its Jacobian, for the GSL methods. A test
  * checks the Jacobian against the right-hand side. */
 #ifndef KR_GSL_H
 #define KR_GSL_H

@@ -19,7 +19,7 @@ typedef struct {
     double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after a modified kick whose strength is scaled by `part`. */
+/* Returns the momentum after a modified kick of `part` times the full strength. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);

@@ -15,8 +15,8 @@
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
 /* A formulation of the equations of motion in variables y. The function `begin` converts a state to
- * y, and `rates` computes dy/dt. From y, `velocity`, `momentum` and `attitude` compute the
- * corresponding quantities in the space frame. */
+ * y, and `rates` computes dy/dt. The functions `velocity`, `momentum` and `attitude` compute these
+ * quantities in the space frame from y. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
@@ -119,9 +119,9 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Returns the number of the first row that meets the tolerance, among the rows `from` to target +
- * 1. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the tolerance. Returns
- * GBS_UNSTABLE if the extrapolation diverges. */
+/* Searches the rows `from` to target + 1, and returns the number of the first that meets the
+ * tolerance. Returns GBS_REJECTED as soon as the remaining rows are unlikely to meet the tolerance.
+ * Returns GBS_UNSTABLE if the extrapolation diverges. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -194,7 +194,7 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
 }
 /* Accepts a trial step, which ends at the time `end` in internal units. The sign of q is chosen to
  * agree with a rotation at the mean angular velocity. The previous attitude does not determine the
- * sign, because the top may rotate by more than half a turn per step. */
+ * sign of q, because the top may rotate by more than half a turn per step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

@@ -3,10 +3,10 @@
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
  * with the angular velocity V = J^-1 (q_* (m + m')/2 q_ - h) at the midpoint, in the body frame. In
  * the expression for V, h denotes the momentum of the rotor; elsewhere, h is the step size. The
- * vector a_ is the centre of mass at the midpoint, M is the mass, and p is the gravity vector. The
- * nonlinear equation for V is solved by Newton's method (Hairer, Lubich, Wanner, VII.5). The method
- * conserves the norm of q and the vertical momentum. For small h |V|, the errors of the energy and
- * the axial momentum are bounded and O(h^2). */
+ * vector a_ is the centre of mass at the midpoint of the step, M is the mass, and p is the gravity
+ * vector. The nonlinear equation for V is solved by Newton's method (Hairer, Lubich, Wanner,
+ * VII.5). The method conserves the norm of q and the vertical momentum. For small h |V|, the errors
+ * of the energy and the axial momentum are bounded and O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };

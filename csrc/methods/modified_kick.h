@@ -7,8 +7,8 @@
  *     Om = k J^-1 (A x P),   dm = q (k P x (W x A)) q*,   W = J^-1 (M - h)
  * (Om, W, M, P: in the body frame; h: momentum of the rotor), integrated by the implicit midpoint
  * rule, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The processor is applied
- * only when a state is read, and its inverse when a state is set. The modified kick conserves the
- * vertical momentum, and for a Lagrange top also the axial momentum. */
+ * only when a state is read; its inverse is applied when a state is set. The modified kick
+ * conserves the vertical momentum, and for a Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -35,9 +35,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top, returns a multiple of the symmetry axis a instead: (A - k A^2
- * <a,e3> / I1) a. The returned vector is cheaper to compute, and has the same cross product with
- * the vertical. */
+/* Returns q L q*. For a Lagrange top with symmetry axis a, returns (A - k A^2 <a,e3> / I1) a, which
+ * is cheaper to compute and has the same cross product with the vertical. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -75,7 +74,7 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
 }
 /* Applies the processor, or its inverse if `sign` is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
  * (smallest moment) exceeds 2, because then the modification of the potential is not small. The
- * midpoint iteration would fail to converge above a ratio of 12. */
+ * midpoint iteration would fail to converge if h^2 |A| exceeded 12 times the smallest moment. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -67,7 +67,7 @@ static inline void splitting_kick(splitting *s, const kr_motion *motion, double 
 }
 
 /* The momentum m in the body frame, and the deviation r of the accumulated rotation from the
- * identity. Relative to the body, m rotates in the direction opposite to r. */
+ * identity. In the body frame, m rotates in the direction opposite to the rotation of the body. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -106,9 +106,9 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the rotation about m for `part` times the step size, and the accumulated rotation of `b`
- * unless `b` is NULL. Also normalizes q. The normalization uses the norm of q before the rotation,
- * so it does not depend on the angle. */
+/* Applies the rotation about m for `part` times the step size, and normalizes q. Also applies the
+ * accumulated rotation of `b`, unless `b` is NULL. The normalization uses the norm of q before the
+ * rotation, so it does not depend on the angle. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -166,8 +166,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state after undoing a kick scaled by `part` and applying the accumulated rotation
- * about T. */
+/* Writes the state to `out`, with a kick scaled by `part` undone and the accumulated rotation about
+ * T applied. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

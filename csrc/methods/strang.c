@@ -4,7 +4,7 @@
  * axis. The energy error is bounded and O(h^2). */
 #include "splitting.h"
 
-/* Between steps, the momentum is ahead by half a kick. */
+/* Between steps, the momentum already includes half of the next kick. */
 static kr_status strang_reset(kr_motion *motion, const kr_state *start)
 {
     splitting *s = (splitting *)motion->work;

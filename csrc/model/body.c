@@ -101,9 +101,9 @@ int kr_body_is_rotor_axial(const kr_body *b, double rtol)
     return fmax(fabs(component_at(b->rotor, (axis + 1) % 3)),
                 fabs(component_at(b->rotor, (axis + 2) % 3))) <= rtol * v_largest(b->rotor);
 }
-/* The closed-form solutions and maps of an integrable case generally assume a body without a rotor.
- * A rotor along the symmetry axis is also permitted. An axial rotor only adds the constant rate
- * -rotor / I3 to the spin. */
+/* The closed-form solutions and maps of integrable tops generally assume a body without a rotor. A
+ * rotor along the symmetry axis is permitted, because it only adds the constant rate -rotor / I3 to
+ * the spin. */
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const kr_kind kind = kind_without_rotor(b, rtol);
@@ -127,8 +127,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with the third axis along `last`. All three moments are
- * set to their mean, because the body is spherical only up to rounding errors. */
+/* Returns principal axes of a spherical body, with the third axis along `last`. All three moments
+ * are set to their mean, because the body is spherical only up to rounding errors. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 last, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -241,7 +241,7 @@ static int is_axis_through_com(const kr_body *b, int axis)
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
 /* Returns the principal axes of a symmetric body that are nearest to the user's body frame. A
- * symmetry axis that misses the centre of mass only by rounding errors is made to pass through
+ * symmetry axis that misses the centre of mass only by rounding errors is rotated to pass through
  * it. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {

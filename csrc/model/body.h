@@ -12,16 +12,16 @@ typedef struct kr_working {
     kr_vec3 inertia, com, damping, rotor;
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
-/* Returns the working axes of a damped body, and the inertia, centre of mass, damping and rotor
- * along these axes. A spherical body with unequal components of `damping` keeps its principal axes,
+/* Returns the axes used for a damped body, and the inertia, centre of mass, damping and rotor along
+ * these axes. A spherical body with unequal components of `damping` keeps its principal axes,
  * because the damping matrix is diagonal only in these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
-/* Returns the working axes of a body without damping. */
+/* Returns the axes used for a body without damping. */
 kr_working kr_body_working(const kr_body *body);
-/* Returns the index of the principal axis that becomes the third working axis. For a spherical
+/* Returns the index of the principal axis that the methods use as the third axis. For a spherical
  * body, the axis nearest to the direction of the centre of mass is chosen. */
 int kr_body_last_axis(const kr_body *body);
-/* Returns the principal axes, in their given order, as working axes. */
+/* Returns the principal axes in their given order. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);
 /* Returns 1 if the body has a rotor. */
 static inline int kr_body_has_rotor(const kr_body *body) { return v_largest(body->rotor) > 0.0; }

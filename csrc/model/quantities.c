@@ -21,8 +21,8 @@ static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.x / b.x, a.y / b.y, a.z / b.z);
 }
-/* Returns the momentum minus that of the rotor, along the principal axes. `q` is the attitude of
- * the principal axes. */
+/* Returns the components of the momentum along the principal axes, without that of the rotor. `q`
+ * is the attitude of the principal axes. */
 static kr_vec3 momentum_without_rotor(const kr_scene *scene, const kr_state *s, kr_quat q)
 {
     return v_sub(q_turn_back(q, s->m), scene->body.rotor);
@@ -36,8 +36,8 @@ double kr_acceleration_at(const kr_scene *scene, double t)
     sin_cos(shaking->rate * t + shaking->phase, &sine, &cosine);
     return scene->gravity - shaking->amplitude * shaking->rate * shaking->rate * cosine;
 }
-/* Returns the angular velocity of the support along the principal axes. `q` is the attitude of the
- * principal axes. */
+/* Returns the components of the support's angular velocity along the principal axes. `q` is the
+ * attitude of the principal axes. */
 static kr_vec3 turning_in_body(const kr_scene *scene, kr_quat q)
 {
     return q_turn_back(q, scene->turning);
@@ -163,7 +163,7 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. Both vectors have
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. `m` and `p` have
  * components along -com, o x (-com) and o, where o is the symmetry axis of the inertia tensor. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
@@ -195,8 +195,8 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
-/* Returns the angular acceleration, given its value `gain` without dry friction. `V` is the angular
- * velocity relative to the support, along the principal axes. */
+/* Returns the angular acceleration with dry friction; `gain` is its value without friction. `V` is
+ * the angular velocity relative to the support, along the principal axes. */
 static kr_vec3 add_friction(const kr_scene *scene, kr_vec3 V, kr_vec3 gain)
 {
     const kr_vec3 com = scene->body.com,

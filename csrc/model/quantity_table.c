@@ -1,4 +1,4 @@
-/* The table of quantities, generated from quantities.def, and access to their components. */
+/* The table of quantities (see quantities.def), and functions that access their components. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>

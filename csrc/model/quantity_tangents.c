@@ -11,8 +11,8 @@
 #include "math/trig.h"
 #include "scene.h"
 
-/* A state and its scene, for which derivatives are computed. Vectors have components along the
- * principal axes unless stated otherwise. */
+/* The state and the parameters of a top at which derivatives are computed. Vectors have components
+ * along the principal axes unless stated otherwise. */
 typedef struct quantity_point {
     const kr_scene *scene;
     const kr_state *state;
@@ -130,9 +130,9 @@ static kr_vec3 horizontal_apex(const quantity_point *at, double *length, kr_vec3
     *length = sqrt(apex->x * apex->x + apex->y * apex->y);
     return v3(apex->x / *length, apex->y / *length, 0.0);
 }
-/* An infinitesimal rotation of the frame is e3 dprecession + n dnutation + apex dspin, where n is
- * the line of nodes. The derivatives of the angles are the coefficients of the rotation vector in
- * the basis (e3, n, apex). */
+/* In terms of the Euler angles, an infinitesimal rotation is e3 dprecession + n dnutation + apex
+ * dspin, where n is the line of nodes. The derivatives of the angles are the coefficients of the
+ * rotation vector in the basis (e3, n, apex). */
 static void tangent_of_precession_angle(const quantity_point *at, const quantity_change *by,
                                         double out[])
 {
@@ -193,8 +193,8 @@ static void tangent_of_axial_momentum(const quantity_point *at, const quantity_c
     *out = v_dot(by->M, at->apex) + v_dot(at->M, by->apex);
 }
 
-/* The two vectors on which the Kowalewski and Goryachev-Chaplygin integrals depend, and their
- * changes. */
+/* The vectors m and p on which the Kowalewski and Goryachev-Chaplygin integrals depend; dm and dp
+ * are their infinitesimal changes. */
 typedef struct integral_frame {
     kr_vec3 m, p, dm, dp;
 } integral_frame;
@@ -203,8 +203,9 @@ static kr_vec3 change_along_turning(double turn, kr_vec3 v, kr_vec3 dv)
 {
     return v3(dv.x + turn * v.y, dv.y - turn * v.x, dv.z);
 }
-/* Computes the two vectors on which an integral of motion depends, and their changes. Returns 0 if
- * the body or the perturbation does not belong to the integrable case `kind`. */
+/* Computes the vectors on which an integral of motion depends, together with their infinitesimal
+ * changes. Returns 0 if the body or the perturbation does not belong to the integrable case
+ * `kind`. */
 static int find_integral_frame(const quantity_point *at, const quantity_change *by, kr_kind kind,
                                integral_frame *f)
 {
@@ -324,7 +325,7 @@ static void set_change(const quantity_point *at, const double column[6], quantit
                    ? v_scale(1.0 / at->reach, v_axpy(-v_dot(at->apex, by->com), at->apex, by->com))
                    : v3(NAN, NAN, NAN);
 }
-/* Writes the parameter change that corresponds to each column of the tangents. */
+/* Sets the parameter changes that belong to the columns of the tangent matrix. */
 static void set_parameter_changes(const kr_scene *scene, uint64_t tangents, quantity_change *by)
 {
     if (tangents & KR_TANGENT_START) by += 6;

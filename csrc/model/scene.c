@@ -1,4 +1,4 @@
-/* Scenes: the default scene, validation, and internal units. */
+/* The default scene, and functions that validate a scene and determine its internal units. */
 #include "scene.h"
 
 kr_scene kr_scene_default(void)

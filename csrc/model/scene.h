@@ -11,8 +11,8 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* The factors of lever = mass * gravity * com * 2^power. Scaled factors are stored, because their
- * product may exceed the range of doubles. */
+/* The factors of lever = mass * gravity * com * 2^power. The factors are stored separately, because
+ * their product may exceed the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
@@ -62,14 +62,14 @@ static inline int kr_scene_excludes_exact(const kr_scene *scene, int own)
 /* Validates a scene like kr_scene_check, but without checking the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* Data from which the unit of time follows: the unit of moments, its reciprocal, and the pendulum
- * frequency [T^-1]. */
+/* The unit of moments, its reciprocal, and the pendulum frequency [T^-1], which determine the unit
+ * of time. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* The smallest permitted unit. The reciprocals of smaller units might overflow. */
+/* The smallest permitted unit; the reciprocal of a smaller unit might overflow. */
 static const double kr_min_unit = 0x1p-1020;
 /* Determines the exponent `power` of the unit of time, 2^power. `momentum` is the magnitude of the
  * largest component of the momentum. Returns 0 if the units exceed the range of doubles. */
@@ -86,6 +86,6 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if a unit exceeds the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Does the same as kr_scene_horizon, given the internal units and the working axes. */
+/* Returns the horizon of a scene whose units and axes are already known (see kr_scene_horizon). */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif
