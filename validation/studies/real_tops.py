@@ -45,6 +45,9 @@ GROUP = 25  # tops of an ensemble
 # Times of strong damping are at most this over the damping. If some axes are damped too weakly for
 # the slow manifold, the rounding errors of more steps would exceed the limit.
 MOST_DECAY = 2e3
+# Backward times are at most this over the rate of damping, beyond which the top turns so fast that
+# the reference would need minutes.
+MOST_DRIVE = 6.0
 MOST_GROWTH = 1e6  # tops whose conditioning is larger are chaotic, and are counted only
 
 
@@ -105,6 +108,9 @@ def draw_top(rng):
     scene = kr.Scene(body, body_velocity=velocity, attitude=q / np.linalg.norm(q), **words)
     t = 10.0 ** rng.uniform(-1.0, 0.8) * (1.0 if rng.random() < 0.6 else -1.0)
     labels = [kind, *[word for word in WORDS if has[word]]]
+    fastest = max(np.array(scene.damping) / scene.body.moments)
+    if t < 0.0 and fastest > 0.0:  # damping drives the top backward in time
+        t = max(t, -MOST_DRIVE / fastest)
     strongest = max(scene.damping)
     if strongest > 1.0:  # the reference takes steps as short as the damping requires
         t = min(abs(t), MOST_DECAY / strongest)
