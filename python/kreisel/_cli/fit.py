@@ -40,7 +40,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
 
 
 def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
-    """Return a single standard deviation, or one for each quantity."""
+    """Return one standard deviation for all quantities, or a separate one for each."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])

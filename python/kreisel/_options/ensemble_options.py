@@ -34,7 +34,7 @@ _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A statistic of one component of a quantity, taken over all output times of a top.
+    """A statistic of one component of a quantity over all output times.
 
     `component` is the index of the component, and `kind` is the index of the statistic. `name` is
     the name of the quantity or component, as given by the user.
@@ -121,7 +121,7 @@ def unravel_index(i: int, shape: Shape) -> Index:
 
 
 def member(tops: Ensemble, i: int) -> Scene:
-    """Return member i of an ensemble, counted in C order."""
+    """Return the i-th member of an ensemble in C order."""
     return tops._select_member(unravel_index(i, tops.shape))
 
 

@@ -25,7 +25,7 @@ FALLBACK: Final = "taylor"
 
 @dataclass(frozen=True)
 class Method:
-    """An integration method, or the closed form.
+    """A method for computing motions: a numerical integrator, or the closed-form solution.
 
     order      p if the error of a path is proportional to step^p; 0 if the method chooses p
     conserves  the invariants that the method conserves up to rounding
@@ -82,9 +82,9 @@ class Method:
 
     @property
     def exact(self) -> bool:
-        """True if the method is the closed form, which takes no steps and has no tolerance.
+        """True if the method evaluates the closed-form solution, without steps or a tolerance.
 
-        The closed form exists only for integrable scenes.
+        Closed-form solutions exist only for integrable tops.
         """
         return bool(self.flags & FLAGS["integrable"])
 
@@ -189,7 +189,7 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 
 def describe_kind(scene: Scene) -> str:
-    """Return a text that describes the body of a scene."""
+    """Return a short description of a scene: its body, damping, friction and support."""
     damped, near = "damped " if scene._has_damping else "", scene.body._nearby_kind_message
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
@@ -200,9 +200,9 @@ def describe_kind(scene: Scene) -> str:
 
 
 def has_torus(scene: Scene) -> bool:
-    """Return True if the scene is a Kowalewski or Goryachev-Chaplygin top under gravity.
+    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
 
-    Setting up a closed form on a torus is as expensive as many steps of the Taylor series.
+    Setting up a closed-form solution on a torus takes as long as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS

@@ -89,11 +89,11 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. The time of the run
-    continues, but the motion starts anew from its present state.
+    run.push, run.reset and run.change change the motion at the present time t. After a change, a
+    new motion starts from the present state, but the time continues.
 
     - run.scene is the present state, and run.start_time its time. The energy and
-      the error of a path refer to the scene that was valid during this path.
+      the error of a path refer to the scene for which the path was computed.
 
     - The grid of a fixed step begins at the present time.
 
@@ -193,7 +193,7 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return an iterator over paths that continue from the current time, like kreisel.stream.
+        """Return an iterator over paths, as kreisel.stream does, starting at the current time.
 
         The run can be saved or changed between two paths of the iterator. After a change, the
         iterator continues with the remaining times.

@@ -6,9 +6,10 @@ At time t, the error of a method of order p with step size h is approximately
 
 where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
 method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
-constants c were determined by measurement. The growth g is large near an unstable equilibrium. The
-error estimate yields an initial guess for the cheapest method and its step size. The step size is
-reduced until the difference from a reference solution is sufficiently small.
+constant c of each method was determined by measurement. Near an unstable equilibrium, the growth g
+of small perturbations is large. The error estimate yields an initial guess for the cheapest method
+and its step size. The step size is reduced until the difference from a reference solution is
+sufficiently small.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ _STALLS = 3
 
 
 class StepSearch:
-    """Runs of one method with successively smaller steps, each compared with a reference."""
+    """A search for the cheapest method and the largest sufficient step size."""
 
     def __init__(
         self,
@@ -232,7 +233,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def make_unexpected_error_exception(method: object) -> ValueError:
-    """Return the exception for an argument `error` with a method other than 'geometric'."""
+    """Return the exception to raise if `error` is given for a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -424,7 +425,7 @@ def _write_row(
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of the states at the given times, and their number.
+    """Return the indices of the states at the given times, and how many there are.
 
     Times after the end of the path are omitted. The path may contain states at times that were not
     requested.

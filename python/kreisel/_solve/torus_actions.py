@@ -53,7 +53,7 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
 
 
 def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
-    """Return the action of a loop, and the mean absolute value of the integrand.
+    """Return the action integral over a closed loop, and the mean absolute value of its integrand.
 
     Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
     of R is computed by trigonometric interpolation.

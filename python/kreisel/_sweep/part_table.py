@@ -105,7 +105,7 @@ def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUni
 
 
 def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns for the states of all tops, or for the requested quantities."""
+    """Return the columns that contain the times and the recorded quantities of all tops."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):

@@ -1,6 +1,6 @@
-"""Sources of a sweep: descriptions of tops that are constructed only when needed.
+"""Descriptions of many tops that are constructed only when a sweep needs them.
 
-A source does not store its tops in memory. Each top is determined by the source and by an index.
+Each top is constructed from its index and the parameters of a Source object.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """The seed of a random source, and the ranges or standard deviations of its parameters."""
+    """The seed of random parameters, and their ranges or standard deviations."""
 
     seed: int
     ranges: Parameters
@@ -52,7 +52,7 @@ class RandomSpec(NamedTuple):
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
 
-    A source stores only its parameters, regardless of the number of tops that it describes. The
+    A Source object stores only parameters, and constructs each top when it is needed. The
     constructors are Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
 
     scene  the scene whose parameters vary
