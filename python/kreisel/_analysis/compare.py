@@ -242,7 +242,7 @@ def _list_runs(
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_RunWithTimings]:
-    """Return one run for each step size or tolerance of each method."""
+    """Return the runs to measure: one for each method and each step size or tolerance."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:

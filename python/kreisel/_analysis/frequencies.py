@@ -193,7 +193,7 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the precession, nutation and spin rates of a closed-form solution, if they exist."""
+    """Return the precession, nutation and spin rates of a closed-form solution, or None."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin

@@ -11,7 +11,7 @@ where n1 is the mean number of turns of z about 0 along loops on which chi1 make
 likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
 axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
 is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
-positions of the zeros, and the mean rate is generally not an integer combination of w1 and w2.
+positions of the zeros. The mean rate is then generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """

@@ -156,9 +156,9 @@ def count_turns(
 def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    For each state, return the angle and the distance between the two projections of the body axis,
-    and the number of poles between them (0 or 1). The distance is inf if the sense of rotation
-    about 0 is uncertain.
+    For each state, return the angle and the distance between the two projections of the body axis.
+    The number of poles between the projections (0 or 1) is also returned. The distance is inf if
+    the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)

@@ -31,7 +31,7 @@ def _parse_assignment(option: str, words: str) -> tuple[str, str]:
 
 
 def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
-    """Return a dict that maps each quantity to its column names, or None if none were given."""
+    """Return a dict that maps each quantity to its column names, or None if there are none."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
         quantity, value = _parse_assignment("--column", words)

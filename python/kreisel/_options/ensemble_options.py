@@ -1,4 +1,4 @@
-"""Validated options for ensembles: solver options, times, reductions and threads."""
+"""Validated options for ensembles: solver options, times, statistics and threads."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class EnsembleOptions:
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The reductions, as passed to the C library."""
+        """The requested statistics, as passed to the C library."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
@@ -291,7 +291,7 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError if the times of a top are not monotonic.
 
-    `first` is the index, in the ensemble, of the top in the first row.
+    `first` is the ensemble index of the top in the first row.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0

@@ -209,7 +209,7 @@ def has_torus(scene: Scene) -> bool:
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why the motion of a scene has no closed form."""
+    """Return the reason why the motion of a scene has no closed-form solution."""
     if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):

@@ -190,7 +190,7 @@ def _split_grid_into_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if the given number of states, of `size` bytes each, exceeds the memory."""
+    """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(

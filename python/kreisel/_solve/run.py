@@ -496,7 +496,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return a run and the instruction set that it used, given its checkpoint.
+    """Return the run stored in a checkpoint, and the instruction set that the run used.
 
     `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
     """

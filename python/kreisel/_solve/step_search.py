@@ -86,7 +86,7 @@ _STALLS = 3
 
 
 class StepSearch:
-    """A search for the cheapest method and the largest sufficient step size."""
+    """A search for the cheapest method that meets an error tolerance, and for its step size."""
 
     def __init__(
         self,
@@ -160,7 +160,7 @@ class StepSearch:
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Integrate the motion in `steps` steps, and return the states and their error.
+        """Integrate with the given number of steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
         step size is too large for the method, the result is None.
@@ -198,7 +198,7 @@ class StepSearch:
     def refine_step_count(self, steps: int, error: float) -> int:
         """Return a number of steps for which the predicted error is sufficiently small.
 
-        `error` is the observed error of a run with `steps` steps.
+        `error` is the error of a run that takes `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0

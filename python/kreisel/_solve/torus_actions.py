@@ -34,9 +34,9 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
     """Compute the action of the loop along which one torus angle makes a full turn.
 
-    `angle` is the index of this angle. `states_at` computes one state for each pair of torus angles
-    [turns]. If `is_level` is True, <m, e3> is zero and the heading is arbitrary. Raises ValueError
-    if the trapezoidal rule does not converge.
+    `angle` is the index of the torus angle that makes a full turn. `states_at` computes one state
+    for each pair of torus angles [turns]. If `is_level` is True, <m, e3> is zero and the heading is
+    arbitrary. Raises ValueError if the trapezoidal rule does not converge.
     """
     n, last = _FEWEST, np.inf
     while n <= _MOST:

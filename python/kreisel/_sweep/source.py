@@ -152,7 +152,7 @@ class Source:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Source:
-        """Return a source of `n` tops with uncertain initial states, like Scene.scatter.
+        """Return a source of `n` tops whose initial states are scattered as in Scene.scatter.
 
         The arguments and exceptions are the same as for Scene.scatter.
 
@@ -253,7 +253,7 @@ class Source:
         """Return the indices of the tops on which a plan is validated.
 
         The selected tops are evenly spread over the source, and include the first and the last top.
-        For a random source, the first tops are selected, because all tops are statistically
+        If the tops are random, the first ones are selected, because all tops are statistically
         equivalent.
         """
         if self._random is not None:
@@ -289,7 +289,7 @@ class Source:
         return common
 
     def _build_tops(self, at: Places) -> Ensemble:
-        """Build the tops with the given indices, which must be consecutive for a random source."""
+        """Build the tops with the given indices; random tops must have consecutive indices."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
@@ -358,7 +358,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    A parameter without an axis has a single value.
+    A parameter that does not vary along an axis has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:

@@ -61,7 +61,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`."""
+        """Return the total number of tops in the given parts."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 

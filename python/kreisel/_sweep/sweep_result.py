@@ -140,7 +140,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, or over only their columns in `names`.
+        """Return an iterator over the existing parts, optionally with only the columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -212,7 +212,7 @@ class SweepResult:
     def events(self) -> EnsembleEvents | None:
         """The events of all tops, or None if no events were requested.
 
-        The events of tops in missing parts are omitted. If the task is "section", the value is
+        The events of tops in missing parts are omitted. If the task is "section", this attribute is
         None, because the states are stored in columns. The column result["events"] contains the
         number of states of each top. The columns result["event_t"], result["event_q_w"] and so on
         contain the states of all tops.

@@ -50,7 +50,7 @@ class SweepTask(Protocol):
     def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the validated options and the times of the task for an ensemble.
 
-        For a section, the times are the maximum waiting times until the next event. Raises
+        For a section, the times are the longest allowed waiting times for the next event. Raises
         TypeError or ValueError for an invalid argument.
         """
 
