@@ -117,12 +117,12 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    If the path was computed with method='exact', the rates are derived from the closed form. Two
-    spectral lines are resolved if their phase difference changes by more than 23 turns over the
-    path. The path should span many nutation periods, with more than two states per turn of the
-    fastest-changing Euler angle. For a regular motion, each rate is as accurate as the path.
-    Additional states are computed where the body axis is close to the direction about which it
-    turns.
+    If the path was computed with method='exact', the rates are derived from the closed-form
+    solution. Two spectral lines are resolved if their phase difference changes by more than 23
+    turns over the path. The path should span many nutation periods, with more than two states per
+    turn of the fastest-changing Euler angle. For a regular motion, each rate is as accurate as the
+    path. Additional states are computed where the body axis is close to the direction about which
+    it turns.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
@@ -228,8 +228,8 @@ def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> 
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
     of `part`. If this integer is known with certainty, the mean rate is computed from the
-    frequency. Otherwise, the mean of the increments is used if the angle varies smoothly, and the
-    result is NaN if it does not.
+    frequency. Otherwise, the mean of the increments is used if the angle varies smoothly. In all
+    other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step

@@ -1,4 +1,4 @@
-"""The rule by which method='auto' chooses between a closed form and the Taylor series."""
+"""The choice of method='auto' between a closed-form solution and the Taylor series."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
     """Return the reason for using the Taylor series, if any, and the largest allowed error bound.
 
-    The reason is an empty string if the closed form may be used.
+    The reason is an empty string if the closed-form solution may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._has_disturbances or not methods[EXACT].suits(scene):

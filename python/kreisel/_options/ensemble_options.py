@@ -93,7 +93,7 @@ class EnsembleOptions:
         return numbers * (2 if self.solve.has_extended_precision else 1)
 
     def make_options_for_top(self, scene: Scene) -> SolveOptions:
-        """Return the options for solving one top of the ensemble."""
+        """Return the options for computing the motion of a single top."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
             one = one.with_heading()

@@ -69,9 +69,9 @@ class Method:
 
     @property
     def splitting(self) -> bool:
-        """True if each step consists of kicks and drifts.
+        """True if the method is a splitting method, whose steps consist of kicks and drifts.
 
-        Drifts are exact if two principal moments are equal.
+        The drift (free motion) is computed exactly if two principal moments are equal.
         """
         return bool(self.flags & FLAGS["splitting"])
 
@@ -142,8 +142,8 @@ class Method:
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to `scene`.
 
-        In the absence of gravity, the motion of any body without a rotor has a closed form. Few
-        methods apply to tops with damping, friction, or a moving support.
+        In the absence of gravity, the motion of any body without a rotor has a closed-form
+        solution. Few methods apply to tops with damping, friction, or a moving support.
         """
         plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)

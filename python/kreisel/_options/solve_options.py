@@ -82,11 +82,11 @@ class SolveOptions:
 
     @property
     def can_skip_heading(self) -> bool:
-        """True if the heading is not computed because no requested quantity depends on it."""
+        """True if the rotation about the vertical is omitted because no quantity needs it."""
         return self.core[-1]
 
     def with_heading(self) -> SolveOptions:
-        """Return a copy of the options in which the computation of the heading is enabled."""
+        """Return a copy of the options in which the rotation about the vertical is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property

@@ -222,8 +222,8 @@ class ExactTorus(Exact):
     computed from closed-form solutions by central differences of order 8. The difference steps are
     reduced as time increases. The relative error of the tangents usually stays below about 1e-10
     even for long times, whereas that of a Taylor series grows. Near resonances and separatrices,
-    the error of the tangents is larger, and is estimated by `tangents_rest`. For fast tops, the
-    derivatives with respect to gravity and mass suffer from cancellation errors.
+    the error of the tangents is larger, and is estimated by `tangents_rest`. For rapidly rotating
+    tops, the derivatives with respect to gravity and mass suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
@@ -320,7 +320,8 @@ class ExactTorus(Exact):
     def _compute_states_at_angles(self, turns: Array) -> Array:
         """Return one state for each pair of angles on the torus, which are measured in turns.
 
-        The heading is that of the initial state; for a Goryachev-Chaplygin top, it is arbitrary.
+        The rotation about the vertical equals that of the initial state, but is arbitrary for a
+        Goryachev-Chaplygin top.
         """
         return torus_states_at(self._torus, turns)
 
@@ -430,8 +431,8 @@ def exact(
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError if the motion has no closed form, or if the support turns about e3. For a
-    support that turns about e3, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError if the motion has no closed-form solution, or if the support turns about e3.
+    For a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return make_exact_ensemble_of_list(scene)

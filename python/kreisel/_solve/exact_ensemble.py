@@ -169,7 +169,7 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if any of the motions has a closed form on a torus."""
+        """True if any of the motions has a closed-form solution on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
@@ -283,8 +283,8 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The turning points and rates of a closed form refer to the inertial frame instead of the
-    support.
+    The turning points and rates of a closed-form solution refer to the inertial frame instead of
+    the support.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():
@@ -305,7 +305,7 @@ def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception to raise for a scene whose motion has no closed form."""
+    """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

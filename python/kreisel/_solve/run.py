@@ -258,7 +258,8 @@ class Run:
                  not move, in space [M L^2 T^-1]
 
         Raises TypeError or ValueError unless the impulse consists of three finite numbers. Raises
-        ValueError for a horizontal impulse if no quantity in `want` depends on the heading.
+        ValueError for a horizontal impulse if no quantity in `want` depends on the heading
+        (rotation about the vertical).
 
         >>> import kreisel as kr
         >>> run = kr.start(kr.scenes.sleeping)
@@ -290,8 +291,9 @@ class Run:
         momentum in the space frame is preserved.
 
         Raises TypeError if no argument is given. Raises ValueError if the new state depends on the
-        heading, but no quantity in `want` does. The heading is not needed if attitude and momentum
-        are both given, or if only body_momentum or body_velocity is given.
+        heading (rotation about the vertical), but no quantity in `want` does. The heading is not
+        needed if attitude and momentum are both given, or if only body_momentum or body_velocity is
+        given.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):

@@ -152,9 +152,9 @@ class StepSearch:
     def choose_reference_options(self) -> SolveOptions:
         """Return the options for computing the reference solution.
 
-        The reference solution is a closed form if one exists and its rounding errors are far below
-        the tolerance. If there is no suitable closed form, the reference solution is a Taylor
-        series with more digits.
+        The reference is the closed-form solution, if it exists and its rounding errors are far
+        below the tolerance. Otherwise, the reference is a Taylor series that is computed with more
+        digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES

@@ -8,9 +8,9 @@ is computed by the trapezoidal rule, which converges exponentially because the i
 and analytic.
 
 At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
-heading of a Goryachev-Chaplygin top is not a function of the two angles. However, the one-form does
-not depend on the heading if <m, e3> is zero. Vector components are taken along m/|m|, e3 x m/|m|
-and e3 instead of the space axes.
+rotation of a Goryachev-Chaplygin top about the vertical is not a function of the two angles.
+However, the one-form does not depend on this rotation if <m, e3> is zero. Vector components are
+taken along m/|m|, e3 x m/|m| and e3 instead of the space axes.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
@@ -35,8 +35,8 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
     """Compute the action of the loop along which one torus angle makes a full turn.
 
     `angle` is the index of the torus angle that makes a full turn. `states_at` computes one state
-    for each pair of torus angles [turns]. If `is_level` is True, <m, e3> is zero and the heading is
-    arbitrary. Raises ValueError if the trapezoidal rule does not converge.
+    for each pair of torus angles [turns]. If `is_level` is True, <m, e3> is zero and the rotation
+    about the vertical is arbitrary. Raises ValueError if the trapezoidal rule does not converge.
     """
     n, last = _FEWEST, np.inf
     while n <= _MOST:

@@ -64,12 +64,12 @@ class _TangentColumnGroup:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute tangents with respect to the given parameters by finite differences of closed forms.
+    """Compute tangents with respect to parameters by finite differences of closed-form solutions.
 
     `compute_states` evaluates the closed-form solution for a given scene at given times. A column
-    of tangents is NaN if a change of its parameter leads to a motion without a closed form. Raises
-    ValueError if a neighbouring motion has no closed-form solution, or differs too much from the
-    motion of `scene`.
+    of tangents is NaN if a change of its parameter leads to a motion without a closed-form
+    solution. Raises ValueError if a neighbouring motion has no closed-form solution, or differs too
+    much from the motion of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:

@@ -1,4 +1,4 @@
-"""Parts of a sweep as Parquet files with one row per top.
+"""Encoding of the parts of a sweep as Parquet files with one row per top.
 
 If a column has several values or events per top, each cell contains a list. To improve compression,
 the eight bytes of each double are stored in separate streams.

@@ -1,4 +1,4 @@
-"""Tables of parts, with one row per top and with units for all columns.
+"""Tables of the tops in a part of a sweep, with one row per top and units for all columns.
 
 Events are stored in separate columns with one row per event, because the number of events varies
 between tops.

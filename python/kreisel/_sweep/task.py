@@ -69,7 +69,7 @@ class SweepTask(Protocol):
 
 
 class SolveTask(NamedTuple):
-    """A call to kreisel.solve or, with reductions, to kreisel.reduce."""
+    """A call to kreisel.solve, or to kreisel.reduce if statistics are requested."""
 
     t: Numbers
     method: str
