@@ -227,7 +227,7 @@ def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> 
     """Compute the mean rate of an angle from its increments `turned` between successive states.
 
     The mean rate differs from the frequency of the strongest spectral line by an integer multiple
-    of `part`. If this integer is known with certainty, the mean rate is computed from the
+    of `part`. If this multiple can be determined with certainty, the mean rate is computed from the
     frequency. Otherwise, the mean of the increments is used if the angle varies smoothly. In all
     other cases, the result is NaN.
     """

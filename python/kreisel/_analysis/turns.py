@@ -267,7 +267,7 @@ def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute the projection of the body axis and its time derivative for each column of `times`.
+    """Compute the projection of the body axis, and its time derivative, at the given times.
 
     Row i of `times` contains times relative to state `parent[i]`. The projection is NaN where the
     integration fails.

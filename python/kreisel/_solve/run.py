@@ -540,7 +540,7 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene, which can then be advanced in several calls.
+    """Start a run, which computes the motion of a scene in several calls.
 
     run.to(t) advances the run to t, with the results of kreisel.solve by the same method.
     run.save(file) saves the run, and kreisel.resume continues it later.
