@@ -126,7 +126,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if double precision does not suffice to compute a state at these times."""
+        """Raise ValueError if double precision does not suffice at one of the given times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)

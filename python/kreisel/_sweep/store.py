@@ -42,7 +42,10 @@ FOREIGN = "foreign"
 
 
 class SweepStore:
-    """The folder in which the files of a sweep are stored. Raises ImportError if pyarrow is not installed."""
+    """The folder in which the files of a sweep are stored.
+
+    Raises ImportError if pyarrow is not installed.
+    """
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet
