@@ -215,10 +215,9 @@ def kinetic(value: float, *, rotor: ArrayLike = (0.0, 0.0, 0.0), **more: Unpack[
 
 
 def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
-    """Raise ValueError if a kinetic-energy event does not match the kinetic energy of `tops`.
+    """Raise ValueError if a kinetic-energy event is not suitable for the given tops.
 
-    A kinetic-energy event must include the rotor of the body, and requires a support that does not
-    turn.
+    A kinetic-energy event must include the rotor of the body, and the support must not turn.
     """
     half = {term for term in _parse_terms("function", dict.fromkeys(_KINETIC, 0.5)) if term[0]}
     kinetics = [e for e in events if half == {term for term in e.terms if term[1] and term[2]}]
@@ -235,8 +234,8 @@ def refuse_kinetic(tops: Scene | Ensemble, events: Iterable[Event]) -> None:
 def stopped(**more: Unpack[_More]) -> Event:
     """Find the times at which the spin vanishes, for example because dry friction stops it.
 
-    The spin is the angular velocity about the apex. Unless friction stops the top, the spin
-    vanishes only for an instant and changes its sign. The arguments are the same as for
+    The spin is the angular velocity about the apex. Unless friction stops the top, the events are
+    instants at which the spin changes its sign. The arguments are the same as for
     kreisel.events.crossing.
 
         >>> import kreisel as kr
@@ -294,7 +293,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 
 def _parse_terms(name: str, function: object) -> Terms:
-    """Return the terms of a function that is a sum of state components."""
+    """Return the terms of an event function, a polynomial in the components of the state."""
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(

@@ -143,7 +143,7 @@ class Apex:
         return [_find_zero(*self._find_nearest_states(i, rise)) for i in after.tolist()]
 
     def _find_nearest_states(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return four times around t[i], and the values at these times."""
+        """Return four consecutive times around t[i], and the corresponding values."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 

@@ -118,7 +118,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _RunWithTimings:
-    """A repeated run of one method at one step size or tolerance."""
+    """A run of one method that is repeated to measure its run time."""
 
     scene: Scene
     t: Numbers
@@ -169,7 +169,7 @@ def compare(
     repeats: int = 5,
     progress: Progress | None = None,
 ) -> Table:
-    """Measure the errors and run times of several methods on one scene.
+    """Measure the errors and run times of several methods for the same motion.
 
     The repetitions of the methods are interleaved, so other load on the machine affects all methods
     equally.
@@ -242,7 +242,7 @@ def _list_runs(
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_RunWithTimings]:
-    """Return one run for each step size or tolerance of each method."""
+    """Return the runs to measure: one for each method and each step size or tolerance."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:

@@ -4,12 +4,12 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-For a regular motion, z, u and h are sums of spectral lines a exp(i f t) with amplitude a and
-frequency f. The frequencies in h are integer multiples of the nutation frequency v. The frequencies
-in z differ from the mean precession rate by integer multiples of v. The frequencies in u differ
-from the mean spin rate by integer multiples of v. The strongest line is located at the maximum of
-the Fourier transform of the windowed signal. After the strongest line has been subtracted, the next
-line is sought in the remainder.
+For a regular motion, each of the signals z, u and h is a sum of spectral lines a exp(i f t) with
+amplitude a and frequency f. The frequencies of the signal h are integer multiples of the nutation
+frequency v. The frequencies of the signal z differ from the mean precession rate by integer
+multiples of v. The frequencies of the signal u differ from the mean spin rate by integer multiples
+of v. The strongest spectral line is located at the maximum of the Fourier transform of the windowed
+signal. Each spectral line is subtracted from the signal before the next one is sought.
 
 Sources: Laskar, Frequency map analysis and quasiperiodic decompositions, 2003 (arXiv:math/0305364).
 The signal is multiplied by a Kaiser window, whose side lobes are at the level of rounding errors.
@@ -91,9 +91,9 @@ class Frequencies(ReadOnlyArrays):
     def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
         """Draw the spectrum of the apex motion with matplotlib, and return the axes.
 
-        A dot marks the amplitude of each spectral line. Each line is labelled with its offset from
-        the precession frequency, divided by the nutation frequency. A dashed line marks the
-        precession frequency.
+        A dot marks the amplitude of each spectral line. Each spectral line is labelled with its
+        offset from the precession frequency, divided by the nutation frequency. A dashed line marks
+        the precession frequency.
 
         axes       the axes to draw in; default: a new figure
         time_unit  the unit of time in which the scene is described, for the labels
@@ -117,12 +117,12 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies and the `n` strongest spectral lines of an evenly sampled path.
 
-    If the path was computed with method='exact', the rates are derived from the closed form. Two
-    spectral lines are resolved if their phase difference changes by more than 23 turns over the
-    path. The path should span many nutation periods, with more than two states per turn of the
-    fastest angle. For a regular motion, each rate is as accurate as the path. Additional states are
-    computed where the body axis comes close to the vertical or, without torque, to the angular
-    momentum.
+    If the path was computed with method='exact', the rates are derived from the closed-form
+    solution. Two spectral lines are resolved if their phase difference changes by more than 23
+    turns over the path. The path should span many nutation periods, with more than two states per
+    turn of the fastest-changing Euler angle. For a regular motion, each rate is as accurate as the
+    path. Additional states are computed where the body axis is close to the direction about which
+    it turns.
 
     Under gravity, the rates describe the motion of the apex about the vertical. Without torque, the
     rates describe the motion of a body axis about the angular momentum, as in kreisel.exact. If the
@@ -193,7 +193,7 @@ def _to_inertial_frame(path: Path, turning: float) -> Path:
 
 
 def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
-    """Return the precession, nutation and spin rates of a closed-form solution, if they exist."""
+    """Return the precession, nutation and spin rates of a closed-form solution, or None."""
     if isinstance(form, ExactTorus):
         return compute_torus_rates(form)
     return form.precession, math.tau / form.period, form.spin
@@ -226,10 +226,10 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
 def _estimate_mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from its increments `turned` between successive states.
 
-    The mean rate differs from the frequency of the signal's strongest line by an integer multiple
-    of `part`. If the multiple is known with certainty, the mean rate is computed from the frequency
-    of the line. If the multiple is uncertain, the mean of the increments is used, provided that the
-    angle varies smoothly. If the angle does not vary smoothly either, the result is NaN.
+    The mean rate differs from the frequency of the strongest spectral line by an integer multiple
+    of `part`. If this multiple can be determined with certainty, the mean rate is computed from the
+    frequency. Otherwise, the mean of the increments is used if the angle varies smoothly. In all
+    other cases, the result is NaN.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step

@@ -38,7 +38,7 @@ def plot(
 
     For two paths, an additional chart shows the angle between their attitudes on a logarithmic
     scale. If a path does not store its attitude, the chart shows the angle between the apexes. If
-    the times of the paths differ, one of the paths is recomputed at common times.
+    the times of the paths differ, one of the paths is recomputed at the times of the other.
 
     Dashed lines mark the least and greatest nutation if the closed-form solution has turning
     points. Dots mark the initial state and the events of a path. The precession curve is

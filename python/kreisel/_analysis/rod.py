@@ -216,7 +216,7 @@ def _choose_rod_axes(body: Body) -> Array:
 
 
 def _integrate_cubic_interpolant(t: Array, values: Array, slopes: Array) -> Array:
-    """Integrate a cubic Hermite interpolant from the first time to every other time."""
+    """Return the integrals of a cubic Hermite interpolant from the first time to each time."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

@@ -11,7 +11,7 @@ where n1 is the mean number of turns of z about 0 along loops on which chi1 make
 likewise. If z has no zeros on the torus, its mean winding numbers n1 and n2 are integers. The body
 axis is vertical where z is zero. The winding number of z along a loop changes by one when the loop
 is moved across a zero. If z has zeros on the torus, the mean winding numbers depend on the
-positions of the zeros, and the mean rate is generally not an integer combination of w1 and w2.
+positions of the zeros. The mean rate is then generally not an integer combination of w1 and w2.
 
 Source: Weyl, Mean motion, American Journal of Mathematics 60 (1938) 889.
 """
@@ -122,7 +122,7 @@ def _compute_phase_differences(z: Waves, axis: int) -> Array:
 
 
 def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
-    """Find the zero near the centre of a grid cell by Newton's method [turns]."""
+    """Return the torus angles [turns] of the zero near a grid cell, found by Newton's method."""
     at = near
     offsets = _STEP * np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
     for _ in range(_ROUNDS):
@@ -142,9 +142,9 @@ def _refine_zero(form: ExactTorus, near: Array, n: int) -> Array:
 
 
 def _compute_mean_winding_numbers(z: Waves, since: Array, index: Array) -> Array:
-    """Return the mean winding numbers along loops in the first and in the second angle.
+    """Return the mean winding numbers of z along the two angles of the torus.
 
-    `since` contains the positions of the zeros relative to the first grid point [turns].
+    `since` contains the torus angles of the zeros of z, measured from the first grid point [turns].
     """
     first = round(float(_compute_phase_differences(z, 0)[:, 0].sum()) / math.tau)
     second = round(float(_compute_phase_differences(z, 1)[0].sum()) / math.tau)

@@ -156,8 +156,9 @@ def count_turns(
 def _measure_state_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compare each state of a path with the state obtained by integrating from the previous one.
 
-    For each pair of states, return the angle, the number of poles between the states (0 or 1), and
-    the distance. The returned distance is inf if the sense of rotation about 0 is uncertain.
+    For each state, return the angle and the distance between the two projections of the body axis.
+    The number of poles between the projections (0 or 1) is also returned. The distance is inf if
+    the sense of rotation about 0 is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -266,7 +267,7 @@ def _compute_angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_arc_points(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute the projection of the body axis and its time derivative for each column of `times`.
+    """Compute the projection of the body axis, and its time derivative, at the given times.
 
     Row i of `times` contains times relative to state `parent[i]`. The projection is NaN where the
     integration fails.
@@ -282,6 +283,6 @@ def _compute_arc_points(
 def _project_onto_horizontal_plane(
     axis: Array, velocity: Array, up: Array, east: Array
 ) -> tuple[Waves, Waves]:
-    """Return the horizontal projection of an axis as complex numbers, and its time derivative."""
+    """Return the horizontal projection of an axis and its time derivative as complex numbers."""
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)

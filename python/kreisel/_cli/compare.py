@@ -69,7 +69,10 @@ def compare(
     repeats: int,
     csv_file: str | None,
 ) -> None:
-    """Compare errors and run times of methods. If interrupted, print the results so far."""
+    """Compare errors and run times of methods.
+
+    If the comparison is interrupted, the results obtained so far are printed.
+    """
     stopped: CompareInterrupted | None = None
     check_outputs([("--csv", csv_file)])
     with translate_errors(_OPTIONS):

@@ -31,7 +31,7 @@ def _parse_assignment(option: str, words: str) -> tuple[str, str]:
 
 
 def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
-    """Return a dict that maps each quantity to its column names, or None if none were given."""
+    """Return a dict that maps each quantity to its column names, or None if there are none."""
     columns: dict[str, str | list[str]] = {}
     for words in given:
         quantity, value = _parse_assignment("--column", words)
@@ -40,7 +40,7 @@ def _parse_columns(given: tuple[str, ...]) -> dict[str, str | list[str]] | None:
 
 
 def _parse_sigmas(given: tuple[str, ...]) -> float | dict[str, float] | None:
-    """Return a single standard deviation, or one for each quantity."""
+    """Return one standard deviation for all quantities, or a separate one for each."""
     try:
         if len(given) == 1 and "=" not in given[0]:
             return float(given[0])

@@ -33,7 +33,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 
 
 class OutputFile(NamedTuple):
-    """An option and the name of its output file, or - for standard output."""
+    """A command-line option and the file name given with it (- for standard output)."""
 
     option: str
     file: str

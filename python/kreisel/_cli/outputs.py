@@ -104,7 +104,7 @@ class PathCollector:
 
     @property
     def whole_path(self) -> Path:
-        """The path that is obtained by joining all parts."""
+        """The whole path, obtained by joining the parts that were added."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 

@@ -132,11 +132,11 @@ class RunOutputs:
         self._open.__exit__(ValueError, refused, None)
 
     def finish_outputs(self, end: RunOutcome) -> None:
-        """Finish all outputs, even if one of them fails, and save the run.
+        """Finish all outputs, even if an error occurs in one of them, and save the run.
 
         The saved state is the last one that has been written to all outputs. The run is not saved
-        if an output fails. Raises the exception that stopped the run or, if there is none, the
-        first error of an output.
+        if an output cannot be written. Raises the exception that stopped the run or, if there is
+        none, the first error of an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):

@@ -111,8 +111,8 @@ _EVERY = click.option(
 def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveCommandOptions]) -> None:
     """Compute the motion of a scene.
 
-    If the run fails or is interrupted, the output files contain all states up to the last valid
-    one. Memory use is constant unless --json or --npz is given.
+    If the computation fails or is interrupted, the output files contain all states up to the last
+    valid one. Memory use is constant unless --json or --npz is given.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])

@@ -1,4 +1,4 @@
-"""The rule by which method='auto' chooses between a closed form and the Taylor series."""
+"""The choice of method='auto' between a closed-form solution and the Taylor series."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _ERROR_PER_CERTIFICATE: Final = 10.0  # see kreisel.ExactTorus
 
 
 class _TorusFormCosts(NamedTuple):
-    """The cost of a closed form, in units of one step of the Taylor series.
+    """The cost of a closed-form solution, in units of the cost of one Taylor-series step.
 
-    The cost parameters were chosen with the program validation/studies/set_up_times.py. The closed
-    form is slower than the Taylor series in about 1 % of the cases in which it is chosen.
+    The cost parameters were chosen with the program validation/studies/set_up_times.py. If the
+    closed-form solution is chosen, the Taylor series would be faster in about 1 % of the cases.
 
     ratio   the ratio of each equal moment to the third one
     set_up  the time of the set-up [steps]
@@ -41,7 +41,7 @@ _FORMS: Final = {
 
 
 def prefers_closed_form(scene: Scene, t: object) -> bool:
-    """Return True if method='auto' uses the closed form of a Kowalewski or Goryachev-Chaplygin top.
+    """Return True if method='auto' uses the closed-form solution on a torus.
 
     Raises TypeError or ValueError if the times `t` are invalid.
     """
@@ -50,7 +50,7 @@ def prefers_closed_form(scene: Scene, t: object) -> bool:
 
 
 def compute_largest_certificate(scene: Scene, t: object) -> float:
-    """Return the largest error bound (certificate) for which method='auto' uses a closed form.
+    """Return the largest error bound for which method='auto' accepts a closed-form solution.
 
     Returns 0.0 if method='auto' uses the Taylor series regardless of the error bound. Raises
     TypeError or ValueError if the times `t` are invalid.
@@ -61,7 +61,7 @@ def compute_largest_certificate(scene: Scene, t: object) -> float:
 
 
 def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
-    """Return True if the last time is so early that the Taylor series is certainly faster.
+    """Return True if the Taylor series is certainly faster than the closed-form solution.
 
     Checking only the last time is much faster than validating all times.
     """
@@ -75,11 +75,11 @@ def _is_too_short_for_closed_form(scene: Scene, t: object) -> bool:
 
 
 def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
-    """Return the reason why method='auto' does not use the closed form of a top, or None.
+    """Return the reason why method='auto' does not use the closed-form solution, or None.
 
-    The closed form is used if it is neither slower nor less accurate than the Taylor series. The
-    choice of method depends only on the arguments, not on the speed of the machine. `times` is None
-    if the requested times are unknown.
+    The closed-form solution is used if it is neither slower nor less accurate than the Taylor
+    series. The choice of method depends only on the arguments, not on the speed of the machine.
+    `times` is None if the requested times are unknown.
 
     The costs of the two methods are compared only for single scenes. In an ensemble, the method
     chosen for each top depends only on its scene. See "Ensembles" in docs/theory/closed_form.md.
@@ -93,9 +93,9 @@ def explain_taylor_choice(scene: Scene, times: Array | None) -> str | None:
 
 
 def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, float]:
-    """Return the reason for using the Taylor series (if any), and the largest certificate allowed.
+    """Return the reason for using the Taylor series, if any, and the largest allowed error bound.
 
-    The reason is an empty string if the closed form may be used.
+    The reason is an empty string if the closed-form solution may be used.
     """
     top, form = TORUS_KINDS[scene.body.kind], _FORMS[scene.body.kind]
     if scene._has_disturbances or not methods[EXACT].suits(scene):
@@ -120,7 +120,7 @@ def _decide_on_closed_form(scene: Scene, times: Array | None) -> tuple[str, floa
 
 
 def _is_only_nearly_integrable(scene: Scene, ratio: float) -> bool:
-    """Return True if the body satisfies the conditions of the closed form only approximately."""
+    """Return True if a body satisfies the conditions of integrability only approximately."""
     moments, com = scene.body.moments, scene.body.principal_com
     odd = moments.index(min(moments))
     pair = ratio * moments[odd]

@@ -1,4 +1,4 @@
-"""Validated options for ensembles: solver options, times, reductions and threads."""
+"""Validated options for ensembles: solver options, times, statistics and threads."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A statistic of one component of a quantity, taken over all output times of a top.
+    """A statistic of one component of a quantity over all output times.
 
     `component` is the index of the component, and `kind` is the index of the statistic. `name` is
     the name of the quantity or component, as given by the user.
@@ -81,7 +81,7 @@ class EnsembleOptions:
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The reductions, as passed to the C library."""
+        """The requested statistics, as passed to the C library."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
@@ -93,7 +93,7 @@ class EnsembleOptions:
         return numbers * (2 if self.solve.has_extended_precision else 1)
 
     def make_options_for_top(self, scene: Scene) -> SolveOptions:
-        """Return the options for solving one top of the ensemble."""
+        """Return the options for computing the motion of a single top."""
         one, requested = self.solve, self.solve.requested_method
         if any(scene.turning):
             one = one.with_heading()
@@ -121,7 +121,7 @@ def unravel_index(i: int, shape: Shape) -> Index:
 
 
 def member(tops: Ensemble, i: int) -> Scene:
-    """Return member i of an ensemble, counted in C order."""
+    """Return the i-th member of an ensemble in C order."""
     return tops._select_member(unravel_index(i, tops.shape))
 
 
@@ -291,7 +291,7 @@ def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError if the times of a top are not monotonic.
 
-    `first` is the index, in the ensemble, of the top in the first row.
+    `first` is the ensemble index of the top in the first row.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0

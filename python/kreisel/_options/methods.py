@@ -25,7 +25,7 @@ FALLBACK: Final = "taylor"
 
 @dataclass(frozen=True)
 class Method:
-    """An integration method, or the closed form.
+    """A method for computing motions: a numerical integrator, or the closed-form solution.
 
     order      p if the error of a path is proportional to step^p; 0 if the method chooses p
     conserves  the invariants that the method conserves up to rounding
@@ -69,9 +69,9 @@ class Method:
 
     @property
     def splitting(self) -> bool:
-        """True if each step consists of kicks and drifts.
+        """True if the method is a splitting method, whose steps consist of kicks and drifts.
 
-        Drifts are exact if two principal moments are equal.
+        The drift (free motion) is computed exactly if two principal moments are equal.
         """
         return bool(self.flags & FLAGS["splitting"])
 
@@ -82,9 +82,9 @@ class Method:
 
     @property
     def exact(self) -> bool:
-        """True if the method is the closed form, which takes no steps and has no tolerance.
+        """True if the method evaluates the closed-form solution, without steps or a tolerance.
 
-        The closed form exists only for integrable scenes.
+        Closed-form solutions exist only for integrable tops.
         """
         return bool(self.flags & FLAGS["integrable"])
 
@@ -142,8 +142,8 @@ class Method:
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to `scene`.
 
-        In the absence of gravity, the motion of any body without a rotor has a closed form. Few
-        methods apply to tops with damping, friction, or a moving support.
+        In the absence of gravity, the motion of any body without a rotor has a closed-form
+        solution. Few methods apply to tops with damping, friction, or a moving support.
         """
         plain = check_type("scene", scene, Scene)._has_only_gravity
         return (plain and not self.flags & _SOME) or method_suits(self.name, scene._block)
@@ -189,7 +189,7 @@ TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Cha
 
 
 def describe_kind(scene: Scene) -> str:
-    """Return a text that describes the body of a scene."""
+    """Return a short description of a scene: its body, damping, friction and support."""
     damped, near = "damped " if scene._has_damping else "", scene.body._nearby_kind_message
     which = f", which is {near}" if near else ""
     rotor = " with a rotor" if any(scene.body.rotor) else ""
@@ -200,16 +200,16 @@ def describe_kind(scene: Scene) -> str:
 
 
 def has_torus(scene: Scene) -> bool:
-    """Return True if the scene is a Kowalewski or Goryachev-Chaplygin top under gravity.
+    """Return True for a Kowalewski or Goryachev-Chaplygin top under gravity.
 
-    Setting up a closed form on a torus is as expensive as many steps of the Taylor series.
+    Setting up a closed-form solution on a torus takes as long as many steps of the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why the motion of a scene has no closed form."""
+    """Return the reason why the motion of a scene has no closed-form solution."""
     if scene._has_damping:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if scene._has_disturbances and not methods[EXACT].suits(scene):

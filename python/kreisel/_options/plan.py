@@ -1,4 +1,4 @@
-"""The plan of a run: what is computed and omitted, and why."""
+"""Description of a computation: what is computed, what is omitted, and why."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """A printable plan of a run: what the run computes and omits, and why.
+    """A printable description of a computation: what is computed, what is omitted, and why.
 
     method    the name of the method
     why       the reason for this method
@@ -90,7 +90,7 @@ class Plan:
     turn: float | None = None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return the description of the plan as pairs of a heading and a text."""
+        """Return pairs (heading, text) that describe the computation."""
         order = (
             f"order {self.order}"
             if self.order
@@ -129,7 +129,7 @@ def make_plan(
     choice: StepChoice | None = None,
     times: Array | None = None,
 ) -> Plan:
-    """Return the plan for computing the motion of a scene.
+    """Return a description of how the motion of a scene is computed.
 
     `times` are the requested times, which can affect the method chosen by 'auto'.
     """

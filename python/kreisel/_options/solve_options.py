@@ -75,23 +75,23 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """A copy of the options without those that concern only a single run."""
+        """A copy of the options without the settings that are specific to a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 
     @property
     def can_skip_heading(self) -> bool:
-        """True if the heading is not computed because no requested quantity depends on it."""
+        """True if the rotation about the vertical is omitted because no quantity needs it."""
         return self.core[-1]
 
     def with_heading(self) -> SolveOptions:
-        """Return a copy of the options with which the heading is computed."""
+        """Return a copy of the options in which the rotation about the vertical is computed."""
         return replace(self, keeps_heading=True) if self.can_skip_heading else self
 
     @cached_property
     def step_count_horizon(self) -> float:
-        """A time [T] up to which the number of steps is represented exactly in double precision."""
+        """A time [T] before which the number of steps is exactly representable as a double."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property

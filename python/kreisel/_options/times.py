@@ -107,7 +107,7 @@ def iterate_time_chunks(
 def parse_direction_and_chunks(
     t: Numbers | Iterator[float], step: float | None, every: int | None, size: int
 ) -> tuple[bool, Iterator[Array]]:
-    """Return True if time runs backwards, or False otherwise, and the times in chunks."""
+    """Return whether time runs backwards, and the requested times in chunks."""
     times = plain_times(t) if every is None else None
     if times is None:
         is_back, t = parse_direction(t)
@@ -120,7 +120,7 @@ def _slice_times(times: Array, size: int) -> Iterator[Array]:
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return True if time runs backwards, or False otherwise, and the times.
+    """Return whether time runs backwards, and the requested times.
 
     An iterator is read up to its first nonzero time. The returned iterator also includes the times
     that have been read.
@@ -190,7 +190,7 @@ def _split_grid_into_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if the given number of states, of `size` bytes each, exceeds the memory."""
+    """Raise MemoryError if the states, with `size` bytes each, would not fit in memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
@@ -215,7 +215,7 @@ def too_many_steps_message(end: float, step: float) -> str:
 
 
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
-    """Raise ValueError if the state at `end` cannot be resolved in double precision.
+    """Raise ValueError if double precision does not suffice to compute the state at time `end`.
 
     The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
     rad.

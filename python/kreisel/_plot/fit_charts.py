@@ -22,7 +22,7 @@ _WIDTH, _HEIGHT = 4.5, 4.5  # size of a column of two charts [inches]
 
 
 class SeriesPanel(Protocol):
-    """The measurements of one quantity and its residuals.
+    """The measurements of one quantity, and the residuals of the fit.
 
     values and residuals have the shape (n, k), and are NaN where nothing was measured. sigma
     broadcasts to it.

@@ -28,7 +28,7 @@ _MARGIN = 1.08  # half width of the picture
 
 
 def draw_stage(axes: Axes, floor: float) -> None:
-    """Draw the floor, the sphere and the stand."""
+    """Draw the floor, the unit sphere and the stand that supports the body."""
     _set_limits(axes, floor)
     _draw_floor(axes, floor)
     _draw_dome(axes, floor)

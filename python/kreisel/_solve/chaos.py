@@ -71,9 +71,10 @@ def lyapunov(
         True
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
-    kreisel.Error if the run of a single scene fails. For an ensemble, failures are recorded in the
-    attribute `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the
-    results obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
+    kreisel.Error if the computation for a single scene fails. For an ensemble, failures are
+    recorded in the attribute `status`. Raises kreisel.Interrupted after Ctrl-C; its attribute
+    `paths` contains the results obtained so far. Source: Benettin, Galgani, Giorgilli and Strelcyn,
+    Meccanica 15 (1980).
     """
     return _compute_chaos_indicator(
         "lyapunov", scene, t, direction, tol, max_steps, threads, progress

@@ -36,7 +36,7 @@ _ROW = 57  # bytes per top for status, number of states, step counts and time re
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """The plan for solving an ensemble; `print(plan)` shows a description.
+    """A printable description of how the motions of an ensemble are computed.
 
     shape        the shape of the ensemble
     closed_form  the number of tops computed in closed form
@@ -63,7 +63,7 @@ class EnsemblePlan:
     first: Plan | None
 
     def _description_rows(self) -> list[tuple[str, str]]:
-        """Return pairs (heading, text) that describe the ensemble, but not its first top."""
+        """Return pairs (heading, text) that describe the computation of an ensemble."""
         counts = {
             "by closed form": self.closed_form,
             "in lanes": self.lanes,
@@ -121,7 +121,7 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
-    """Return the plan of the motion that kreisel.solve would compute.
+    """Return a plan, which describes how kreisel.solve would compute a motion.
 
     For an ensemble, a few tops are integrated for a few milliseconds to estimate the run time.
 
@@ -180,7 +180,7 @@ def _make_ensemble_plan(
 
 
 def _count_tops_by_method(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return the numbers of tops with a closed form and of tops integrated in vector lanes."""
+    """Return the numbers of tops solved in closed form and integrated by vector instructions."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_one_by_one or options.solve.method.name != FALLBACK:

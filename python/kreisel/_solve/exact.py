@@ -63,7 +63,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _ExactBase:
-    """Base class of all closed forms."""
+    """Base class of all closed-form solutions."""
 
     scene: Scene
     period: float
@@ -74,7 +74,7 @@ class _ExactBase:
 
 @dataclass(frozen=True)
 class Exact(_ExactBase):
-    """The motion of a scene, given in closed form.
+    """The motion of a top, given in closed form.
 
     The object can be called with a time or an array of times, and returns a kreisel.Path.
 
@@ -88,11 +88,13 @@ class Exact(_ExactBase):
     For a symmetric body, the nutation refers to the axis of symmetry. For a free asymmetric body,
     the nutation refers to the principal axis about which the momentum precesses in the body frame.
     The principal axis is oriented so that it makes an acute angle with the angular momentum. The
-    nutation of a free asymmetric body has half the period of body_velocity. The period of
-    body_velocity is denoted by T in Landau and Lifshitz, Mechanics, section 37.
+    nutation of a free asymmetric body has half the period of body_velocity, the angular velocity in
+    the body frame. The period of body_velocity is denoted by T in Landau and Lifshitz, Mechanics,
+    section 37.
 
-    If the axis passes exactly through the vertical, the precession angle jumps by half a turn. The
-    mean rate `precession` does not include jumps of the precession angle by half a turn.
+    If the axis of the body passes exactly through the vertical, the precession angle jumps by half
+    a turn. The mean rate `precession` does not include jumps of the precession angle by half a
+    turn.
 
     States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be positive or
     negative, and in any order. Ctrl-C raises an ordinary KeyboardInterrupt, without partial
@@ -178,8 +180,8 @@ class Exact(_ExactBase):
 
         with m3 = <m, e3> and c = <m, apex>. The energy is the sum of the effective potential and I1
         / 2 times the square of the nutation rate. The effective potential equals the energy at
-        turning points away from the vertical. At nutation 0 or pi, the potential is inf if the apex
-        cannot reach the vertical there.
+        turning points away from the vertical. The potential at nutation 0 or pi is inf if the apex
+        cannot reach this angle.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning_points.rows[0], angles.reshape(-1))
@@ -215,13 +217,13 @@ class ExactTorus(Exact):
 
     If `tangents` is given, the path also has the attributes `tangents` and `derivative`, like a
     path returned by kreisel.solve. The elements of `tangents` can be "start", "gravity" and "mass".
-    If any other parameter is changed, the motion has no closed-form solution. Derivatives with
-    respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are central
-    differences of order 8 between the closed forms of neighbouring tops. The difference steps are
+    A change of any other parameter leads to a motion without a closed-form solution. Derivatives
+    with respect to the vertical momentum of a Goryachev-Chaplygin top are NaN. The tangents are
+    computed from closed-form solutions by central differences of order 8. The difference steps are
     reduced as time increases. The relative error of the tangents usually stays below about 1e-10
     even for long times, whereas that of a Taylor series grows. Near resonances and separatrices,
-    the error is larger, and is reported by `tangents_rest`. For fast tops, the derivatives with
-    respect to gravity and mass suffer from cancellation errors.
+    the error of the tangents is larger, and is estimated by `tangents_rest`. For rapidly rotating
+    tops, the derivatives with respect to gravity and mass suffer from cancellation errors.
 
         >>> import kreisel as kr
         >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
@@ -229,8 +231,8 @@ class ExactTorus(Exact):
         ((2, 6, 7), True)
 
     Raises ValueError for a parameter for which tangents cannot be computed. Also raises ValueError
-    for times at which the top has turned by more than 1e9 rad. Raises ValueError if the motion of a
-    required neighbouring top has no closed form.
+    for times at which the top has turned by more than 1e9 rad. Raises ValueError if a neighbouring
+    motion required for a difference has no closed-form solution.
 
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
@@ -318,8 +320,8 @@ class ExactTorus(Exact):
     def _compute_states_at_angles(self, turns: Array) -> Array:
         """Return one state for each pair of angles on the torus, which are measured in turns.
 
-        The heading equals that of the initial state, but is arbitrary for a Goryachev-Chaplygin
-        top.
+        The rotation about the vertical equals that of the initial state, but is arbitrary for a
+        Goryachev-Chaplygin top.
         """
         return torus_states_at(self._torus, turns)
 
@@ -417,7 +419,7 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """Return the motion of a scene in closed form.
+    """Return the motion of a top in closed form.
 
     The result is a kreisel.Exact for Lagrange tops, spherical bodies and torque-free bodies. The
     result is a kreisel.ExactKowalewski for most Kowalewski tops. The result is a
@@ -429,8 +431,8 @@ def exact(
            Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
     step   only with `map`: the step of the method, positive or negative [T]
 
-    Raises ValueError if the motion has no closed form, or if the support turns about e3. For a
-    support that turns about e3, use solve(scene, t, "exact") to compute the states.
+    Raises ValueError if the motion has no closed-form solution, or if the support turns about e3.
+    For a support that turns about e3, use solve(scene, t, "exact") to compute the states.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
         return make_exact_ensemble_of_list(scene)
@@ -483,7 +485,7 @@ def _exact_torus(scene: Scene) -> ExactTorus:
 def record_exact_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Compute the path of a scene and its tangents from a closed form on a torus.
+    """Compute a path and its tangents from the closed-form solution on a torus.
 
     Raises ValueError if the tangents cannot be computed.
     """
@@ -498,7 +500,7 @@ def record_exact_tangents(
 
 
 def _compute_states(scene: Scene, t: Array) -> Array:
-    """Evaluate the closed form of a scene at the given times, and return one state per row."""
+    """Return the states of the closed-form solution at the given times, one per row."""
     states = _exact_torus(scene)._try_to_compute_states(t, math.inf)
     assert states is not None
     return states

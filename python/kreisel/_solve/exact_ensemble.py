@@ -44,7 +44,7 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 
 @dataclass(frozen=True, eq=False)
 class ExactEnsemble:
-    """The motions of an ensemble, given in closed form.
+    """The motions of all tops in an ensemble, given in closed form.
 
     Calling the object with a single time returns the states in an array of shape (*shape, 8). Each
     state consists of t, q (w, x, y, z) and m, as in a kreisel.Path. Calling it with k times, or
@@ -52,8 +52,8 @@ class ExactEnsemble:
     `shape` is the shape of the ensemble, or (n,) for a list of n scenes.
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
-    computed on first access. All attributes agree with those of kreisel.exact for single scenes,
-    and the states are bitwise identical. Accessing the turning-point attributes raises ValueError
+    computed on first access. The attributes agree with those of kreisel.exact for a single scene;
+    the states are even bitwise identical. Accessing the turning-point attributes raises ValueError
     if any of the motions has no turning points.
 
     The attributes frequencies, certificate and mismatch are NaN unless the top is a Kowalewski or
@@ -108,8 +108,8 @@ class ExactEnsemble:
         """Return the states at the given times, as an array of shape (n, k, 8).
 
         A run of the ensemble is faster if the times are monotonic and on one side of 0. At time 0,
-        a run returns the initial state itself instead of the closed form. Closed forms on a torus
-        are evaluated directly, because a run has slightly different rounding errors.
+        a run returns the initial state without evaluating the closed form. Closed forms on a torus
+        are evaluated directly, because the rounding errors of a run are slightly different.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         is_away = t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all()
@@ -126,7 +126,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if the attitude of a top cannot be resolved in double precision."""
+        """Raise ValueError if double precision does not suffice at one of the given times."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -147,7 +147,7 @@ class ExactEnsemble:
     ) -> None:
         """Call a C function for consecutive slices of the ensemble and of all arrays in `rows`.
 
-        Raises ValueError for the first top that the C function rejects.
+        Raises ValueError for the first top for which the C function returns an error.
         """
         found: list[tuple[int, str]] = []
         work = Work()
@@ -169,12 +169,12 @@ class ExactEnsemble:
 
     @cached_property
     def _has_torus(self) -> bool:
-        """True if any of the motions has a closed form on a torus."""
+        """True if any of the motions has a closed-form solution on a torus."""
         return unsuited(self.tops._core_scenes, "auto")[1] > 0
 
     @cached_property
     def _frequencies_and_certificates(self) -> Array:
-        """The frequencies, the certificate and the mismatch of each top, in five columns."""
+        """An array with one row per top: the three frequencies, certificate and mismatch."""
         heads = np.full((self.tops.size, 5), np.nan)
         if self._has_torus:
             self._call_in_slices(torus_heads, heads)
@@ -263,9 +263,9 @@ def _no_turning_points_error(status: str, scene: Scene, where: str) -> ValueErro
 
 
 def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of all tops in an ensemble.
+    """Return the closed-form solutions for all tops in an ensemble.
 
-    Raises ValueError if the motion of a scene has no closed form.
+    Raises ValueError if the motion of a top has no closed-form solution.
     """
     refuse_turning_support(tops)
     first, count = unsuited(tops._core_scenes, EXACT)
@@ -283,8 +283,8 @@ def make_exact_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def refuse_turning_support(tops: Scene | Ensemble) -> None:
     """Raise ValueError for a scene whose support turns about e3.
 
-    The turning points and rates of a closed form refer to the inertial frame instead of the
-    support.
+    The turning points and rates of a closed-form solution refer to the inertial frame instead of
+    the support.
     """
     turning = np.asarray(tops.turning)
     if turning.any() and not turning[..., :2].any():
@@ -296,7 +296,7 @@ def refuse_turning_support(tops: Scene | Ensemble) -> None:
 
 
 def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes."""
+    """Return the closed-form solutions for a list of scenes."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
@@ -305,7 +305,7 @@ def make_exact_ensemble_of_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception to raise for a scene whose motion has no closed form."""
+    """Return the exception to raise for a scene whose motion has no closed-form solution."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     if has_torus(scene):

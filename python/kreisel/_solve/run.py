@@ -89,11 +89,11 @@ class Run:
     t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
-    run.push, run.reset and run.change change the motion at the present time t. The time of the run
-    continues, but the motion starts anew from its present state.
+    run.push, run.reset and run.change change the motion at the present time t. After a change, a
+    new motion starts from the present state, but the time continues.
 
     - run.scene is the present state, and run.start_time its time. The energy and
-      the error of a path refer to the scene that was valid during this path.
+      the error of a path refer to the scene for which the path was computed.
 
     - The grid of a fixed step begins at the present time.
 
@@ -193,7 +193,7 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return an iterator over paths that continue from the current time, like kreisel.stream.
+        """Return an iterator over paths, as kreisel.stream does, starting at the current time.
 
         The run can be saved or changed between two paths of the iterator. After a change, the
         iterator continues with the remaining times.
@@ -258,7 +258,8 @@ class Run:
                  not move, in space [M L^2 T^-1]
 
         Raises TypeError or ValueError unless the impulse consists of three finite numbers. Raises
-        ValueError for a horizontal impulse if no quantity in `want` depends on the heading.
+        ValueError for a horizontal impulse if no quantity in `want` depends on the heading
+        (rotation about the vertical).
 
         >>> import kreisel as kr
         >>> run = kr.start(kr.scenes.sleeping)
@@ -290,8 +291,9 @@ class Run:
         momentum in the space frame is preserved.
 
         Raises TypeError if no argument is given. Raises ValueError if the new state depends on the
-        heading, but no quantity in `want` does. The heading is not needed if attitude and momentum
-        are both given, or if only body_momentum or body_velocity is given.
+        heading (rotation about the vertical), but no quantity in `want` does. The heading is not
+        needed if attitude and momentum are both given, or if only body_momentum or body_velocity is
+        given.
         """
         is_common = velocity is None and body_momentum is None and body_velocity is None
         if is_common and attitude_xyzw is None and self._top.reset(self, momentum, attitude):
@@ -496,7 +498,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return a run and the instruction set that it used, given its checkpoint.
+    """Return the run stored in a checkpoint, and the instruction set that the run used.
 
     `line` is the JSON header of the checkpoint, and `memory` is the state of the C object.
     """
@@ -538,7 +540,7 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene, which can then be advanced in several calls.
+    """Start a run, which computes the motion of a scene in several calls.
 
     run.to(t) advances the run to t, with the results of kreisel.solve by the same method.
     run.save(file) saves the run, and kreisel.resume continues it later.

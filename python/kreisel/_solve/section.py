@@ -67,8 +67,9 @@ def section(
 
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     MemoryError if the states do not fit in memory. Raises kreisel.Interrupted after Ctrl-C; the
-    exception contains all results obtained so far. Failures of individual tops are recorded in
-    section.status. The method section.check raises an exception for the first failed top.
+    exception contains all results obtained so far. The status of the computation for each top is
+    stored in section.status. The method section.check raises an exception for the first top whose
+    computation failed.
 
     Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) construct sections
     that are crossed by every motion.
@@ -90,9 +91,9 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return the maximum waiting time of each top, and the validated options.
+    """Return the longest allowed waiting times for the next event, and the validated options.
 
-    The waiting times form an array of shape (tops, n), with equal numbers in each row.
+    The waiting times form an array of shape (tops, n), in which all entries of a row are equal.
 
     Raises TypeError or ValueError for an invalid argument.
     """

@@ -64,7 +64,7 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
 ) -> Path | Paths:
-    """Compute the motion of a scene from t = 0, or that of each top in a kreisel.Ensemble.
+    """Compute the motion of a top, or of every top in an ensemble, starting at t = 0.
 
     t          a list: record the states at these times, which must be monotonic and on one side of
                0. A number: record the start and the state at t, or with `every` the states after
@@ -115,11 +115,11 @@ def solve(
 
     For an ensemble, the arguments apply to every top. The result is a kreisel.Paths; the first
     dimensions of its arrays are those of the ensemble. The result for each top is bitwise
-    independent of the other tops, the threads and the executor. A top solved as a single scene
-    gives the same result as in an ensemble. However, rounding errors may differ for the methods
-    taylor and exact, and 'auto' may select a different method. `t` can also be an array of shape
-    (*shape, k), which contains separate times for each top. `progress` is called with the fraction
-    of tops that are finished, between 0 and 1. An ensemble has further arguments:
+    independent of the other tops, the threads and the executor. The result for a top is the same
+    whether it is computed alone or in an ensemble. However, rounding errors may differ for the
+    methods taylor and exact, and 'auto' may select a different method. `t` can also be an array of
+    shape (*shape, k), which contains separate times for each top. `progress` is called with the
+    fraction of tops that have been computed, between 0 and 1. An ensemble has further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -135,8 +135,9 @@ def solve(
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     MemoryError if the states do not fit in memory. Raises kreisel.Error if the run fails, and
     kreisel.Interrupted after Ctrl-C. The valid states are available as the attribute `path` of the
-    exception. For an ensemble, failures of individual tops are recorded in paths.status. The method
-    paths.check raises kreisel.Error for the first failed top.
+    exception. For an ensemble, the status of the computation for each top is stored in
+    paths.status. The method paths.check raises kreisel.Error for the first top whose computation
+    failed.
     """
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None or is_for_many
@@ -176,7 +177,8 @@ def _parse_tangents_events_geometric(
 ) -> SolveOptions:
     """Return the validated options if tangents, events or method='geometric' are requested.
 
-    Raises TypeError or ValueError for an invalid argument, and if an argument in `others` is given.
+    Raises TypeError or ValueError if an argument is invalid, or if an argument in `others` is
+    given.
     """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others

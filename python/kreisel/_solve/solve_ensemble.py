@@ -85,7 +85,7 @@ def reduce(
     Raises TypeError or ValueError for invalid arguments, before any computation starts. Raises
     kreisel.Interrupted after Ctrl-C; its attribute `paths` contains the results obtained so far. If
     the computation for a top fails, its values are NaN, and `status` indicates the reason. The
-    check() method of the result raises kreisel.Error for the first failed top.
+    check() method of the result raises kreisel.Error for the first top whose computation failed.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)

@@ -6,9 +6,10 @@ At time t, the error of a method of order p with step size h is approximately
 
 where the rate r and the weight w are computed from the integrals of motion, c is a constant of the
 method, and g is the growth of small perturbations, divided by their growth in a regular motion. The
-constants c were determined by measurement. The growth g is large near an unstable equilibrium. The
-error estimate yields an initial guess for the cheapest method and its step size. The step size is
-reduced until the difference from a reference solution is sufficiently small.
+constant c of each method was determined by measurement. Near an unstable equilibrium, the growth g
+of small perturbations is large. The error estimate yields an initial guess for the cheapest method
+and its step size. The step size is reduced until the difference from a reference solution is
+sufficiently small.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ _STALLS = 3
 
 
 class StepSearch:
-    """Runs of one method with successively smaller steps, each compared with a reference."""
+    """A search for the cheapest method that meets an error tolerance, and for its step size."""
 
     def __init__(
         self,
@@ -151,15 +152,15 @@ class StepSearch:
     def choose_reference_options(self) -> SolveOptions:
         """Return the options for computing the reference solution.
 
-        The reference solution is a closed form if one exists and its rounding errors are far below
-        the tolerance. If there is no suitable closed form, the reference solution is a Taylor
-        series with more digits.
+        The reference is the closed-form solution, if it exists and its rounding errors are far
+        below the tolerance. Otherwise, the reference is a Taylor series that is computed with more
+        digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run_steps(self, steps: int) -> tuple[Array, float] | None:
-        """Integrate the motion in `steps` steps, and return the states and their error.
+        """Integrate with the given number of steps, and return the states and their error.
 
         The error is the largest angle [rad] between the attitude and the reference solution. If the
         step size is too large for the method, the result is None.
@@ -197,7 +198,7 @@ class StepSearch:
     def refine_step_count(self, steps: int, error: float) -> int:
         """Return a number of steps for which the predicted error is sufficiently small.
 
-        `error` is the observed error of a run with `steps` steps.
+        `error` is the error of a run that takes `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
@@ -232,7 +233,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def make_unexpected_error_exception(method: object) -> ValueError:
-    """Return the exception for an argument `error` with a method other than 'geometric'."""
+    """Return the exception to raise if `error` is given for a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -424,7 +425,7 @@ def _write_row(
 
 
 def _find_indices_of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of the states at the given times, and their number.
+    """Return the indices of the states at the given times, and how many there are.
 
     Times after the end of the path are omitted. The path may contain states at times that were not
     requested.

@@ -8,9 +8,9 @@ is computed by the trapezoidal rule, which converges exponentially because the i
 and analytic.
 
 At the end of a loop, a Goryachev-Chaplygin top has not returned to its initial attitude. The
-heading of a Goryachev-Chaplygin top is not a function of the two angles. However, the one-form does
-not depend on the heading if <m, e3> is zero. Vector components are taken along m/|m|, e3 x m/|m|
-and e3 instead of the space axes.
+rotation of a Goryachev-Chaplygin top about the vertical is not a function of the two angles.
+However, the one-form does not depend on this rotation if <m, e3> is zero. Vector components are
+taken along m/|m|, e3 x m/|m| and e3 instead of the space axes.
 
 Source: Arnold, Mathematical Methods of Classical Mechanics, section 50.
 """
@@ -34,9 +34,9 @@ _AXES: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bool) -> float:
     """Compute the action of the loop along which one torus angle makes a full turn.
 
-    `angle` is the index of this angle. `states_at` computes one state for each pair of torus angles
-    [turns]. If `is_level` is True, <m, e3> is zero and the heading is arbitrary. Raises ValueError
-    if the trapezoidal rule does not converge.
+    `angle` is the index of the torus angle that makes a full turn. `states_at` computes one state
+    for each pair of torus angles [turns]. If `is_level` is True, <m, e3> is zero and the rotation
+    about the vertical is arbitrary. Raises ValueError if the trapezoidal rule does not converge.
     """
     n, last = _FEWEST, np.inf
     while n <= _MOST:
@@ -53,7 +53,7 @@ def compute_action(states_at: Callable[[Array], Array], angle: int, is_level: bo
 
 
 def _integrate_one_form(states: Array, is_level: bool) -> tuple[float, float]:
-    """Return the action of a loop, and the mean absolute value of the integrand.
+    """Return the action integral over a closed loop, and the mean absolute value of its integrand.
 
     Let e_j be the columns of R; then <m, dR R^T> is the sum of (m x e_j) de_j / 2. The derivative
     of R is computed by trigonometric interpolation.

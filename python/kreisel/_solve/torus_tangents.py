@@ -1,12 +1,13 @@
-"""Tangents of a top on an invariant torus, computed from closed forms by finite differences.
+"""Tangents of motions on a torus, computed as finite differences of closed-form solutions.
 
-For each column of the tangents, a central difference of order 8 is computed from eight neighbouring
-tops. The tangents of an integrable top grow at most linearly with time. If the difference step is
-inversely proportional to time, the errors remain small relative to the tangents.
+Each derivative is a central difference of order 8, computed from eight neighbouring motions. The
+tangents of an integrable top grow at most linearly with time. If the difference step is inversely
+proportional to time, the errors remain small relative to the tangents.
 
-The initial states of the neighbouring tops are rounded. The distance between two rounded states is
-nevertheless known exactly, because the difference of two nearby doubles is exact. Derivatives along
-the coordinate axes are obtained from the rounded distances by solving a linear system.
+The initial states of the neighbouring motions are rounded to double precision. The distance between
+two rounded states is nevertheless known exactly, because the difference of two nearby doubles is
+exact. Derivatives along the coordinate axes are obtained from the rounded distances by solving a
+linear system.
 
 Source: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Mathematics
 of Computation 51 (1988), table 1.
@@ -44,7 +45,7 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 
 @dataclass(frozen=True)
 class _TangentColumnGroup:
-    """Tangent columns that belong to the same parameter of the scene.
+    """Columns of the tangent matrix that belong to the same parameter.
 
     size      the change of the parameter that changes the motion by about itself
     largest   the largest step
@@ -63,12 +64,12 @@ class _TangentColumnGroup:
 def compute_torus_tangents(
     scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
 ) -> TangentData:
-    """Compute tangents with respect to the given parameters by finite differences of closed forms.
+    """Compute tangents with respect to parameters by finite differences of closed-form solutions.
 
-    `compute_states` evaluates the closed form of a given scene at given times. A column of tangents
-    is NaN if a change of its parameter leads to a motion without a closed form. Raises ValueError
-    if the motion of a neighbouring top has no closed form, or differs too much from that of
-    `scene`.
+    `compute_states` evaluates the closed-form solution for a given scene at given times. A column
+    of tangents is NaN if a change of its parameter leads to a motion without a closed-form
+    solution. Raises ValueError if a neighbouring motion has no closed-form solution, or differs too
+    much from the motion of `scene`.
     """
     blocks, rest = [], 0.0
     for name in names:
@@ -99,7 +100,7 @@ def check_tangent_names(names: tuple[str, ...]) -> None:
 
 
 def check_tangent_times(scene: Scene, times: Array) -> None:
-    """Raise ValueError if the times are too large for comparing neighbouring motions."""
+    """Raise ValueError if the times are too large for computing tangents by finite differences."""
     end = float(np.abs(times).max(initial=0.0))
     if scene._rotation_rate * end > _LATEST:
         raise ValueError(
@@ -235,7 +236,8 @@ def _central_difference(
 ) -> tuple[Array, Array]:
     """Return central differences of order 8, and their relative difference from those of order 6.
 
-    If a tangent is smaller than its natural unit, the difference is divided by that unit.
+    Relative differences refer to the norm of a tangent in scaled units, or to 1 if the norm is
+    smaller.
     """
     h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
     times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts

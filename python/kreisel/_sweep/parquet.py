@@ -1,4 +1,4 @@
-"""Parts of a sweep as Parquet files with one row per top.
+"""Encoding of the parts of a sweep as Parquet files with one row per top.
 
 If a column has several values or events per top, each cell contains a list. To improve compression,
 the eight bytes of each double are stored in separate streams.
@@ -52,7 +52,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_column_types(table: Table) -> list[tuple[str, Any]]:
-    """Return the Parquet path and the value type of each column."""
+    """Return the path of each column in the Parquet schema, and the type of its values."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)

@@ -1,4 +1,4 @@
-"""Tables of parts, with one row per top and with units for all columns.
+"""Tables of the tops in a part of a sweep, with one row per top and units for all columns.
 
 Events are stored in separate columns with one row per event, because the number of events varies
 between tops.
@@ -36,7 +36,7 @@ EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.compon
 
 @dataclass
 class PartTable:
-    """A table of the tops in a part and of their events.
+    """A table of the results for the tops in a part of a sweep, and of their events.
 
     columns  {name: values (n,) or (n, k)} of the tops
     ragged   {name: values (e,)} of the events, sorted by top
@@ -49,7 +49,7 @@ class PartTable:
 
 
 def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
-    """Return a table of the tops with the given indices and of their results."""
+    """Return a table of the tops with the given indices, including their results."""
     results = _list_result_columns(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
@@ -105,7 +105,7 @@ def _list_indicator_columns(name: str, outcome: Indicator) -> list[ColumnWithUni
 
 
 def _list_state_columns(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns for the states of all tops, or for the requested quantities."""
+    """Return the columns that contain the times and the recorded quantities of all tops."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -126,7 +126,7 @@ def _list_status_columns(outcome: EnsembleResult) -> list[ColumnWithUnit]:
 
 
 def _add_event_columns(part: PartTable, found: EnsembleEvents | Section) -> None:
-    """Add the events, and the number of events of each top, to a table."""
+    """Add columns for the events and for the number of events of each top."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
         values = getattr(found, name).reshape(-1, quantity.doubles)

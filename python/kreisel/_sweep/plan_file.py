@@ -10,9 +10,9 @@
 
 File names are relative to the folder of the plan file. In each table [[events]], `event` is the
 name of a function of kreisel.events, and the other entries are the arguments of this function. If
-task = "section", the plan contains a single table [event] in the same format, and no entry t. If
-task = "lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with
-that name.
+task = "section", the entry t is omitted, and a single table [event] replaces [[events]]. If task =
+"lyapunov", "megno" or "oli", the plan contains the arguments of the kreisel function with that
+name.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class PartRunner:
         return self.progress and (lambda share: self._report_progress(self.done + share * tops))
 
     def _report_progress(self, tops: float, last: bool = False) -> None:
-        """Report the number of finished tops, at most about ten times per second."""
+        """Report the number of tops computed so far, at most about ten times per second."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
@@ -124,7 +124,7 @@ class PartRunner:
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """Count the tops of part i as finished if its file exists."""
+        """Count the tops of part i as computed if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.list_tops_of_part(i))

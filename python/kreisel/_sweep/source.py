@@ -1,6 +1,6 @@
-"""Sources of a sweep: descriptions of tops that are constructed only when needed.
+"""Descriptions of many tops that are constructed only when a sweep needs them.
 
-A source does not store its tops in memory. Each top is determined by the source and by an index.
+Each top is constructed from its index and the parameters of a Source object.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """The seed of a random source, and the ranges or standard deviations of its parameters."""
+    """The seed of random parameters, and their ranges or standard deviations."""
 
     seed: int
     ranges: Parameters
@@ -52,7 +52,7 @@ class RandomSpec(NamedTuple):
 class Source:
     """A lazy description of many tops, from which kreisel.sweep constructs the tops of each part.
 
-    A source stores only its parameters, regardless of the number of tops that it describes. The
+    A Source object stores only parameters, and constructs each top when it is needed. The
     constructors are Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
 
     scene  the scene whose parameters vary
@@ -152,7 +152,7 @@ class Source:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Source:
-        """Return a source of `n` tops with uncertain initial states, like Scene.scatter.
+        """Return a source of `n` tops whose initial states are scattered as in Scene.scatter.
 
         The arguments and exceptions are the same as for Scene.scatter.
 
@@ -253,7 +253,7 @@ class Source:
         """Return the indices of the tops on which a plan is validated.
 
         The selected tops are evenly spread over the source, and include the first and the last top.
-        For a random source, the first tops are selected, because all tops are statistically
+        If the tops are random, the first ones are selected, because all tops are statistically
         equivalent.
         """
         if self._random is not None:
@@ -289,7 +289,7 @@ class Source:
         return common
 
     def _build_tops(self, at: Places) -> Ensemble:
-        """Build the tops with the given indices, which must be consecutive for a random source."""
+        """Build the tops with the given indices; random tops must have consecutive indices."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
@@ -358,7 +358,7 @@ def _check_parameter_bounds(name: str, one: Parameter) -> None:
 def _reshape_along_axis(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter so that they vary along an axis of the same name.
 
-    A parameter without an axis has a single value.
+    A parameter that does not vary along an axis has a single value.
     """
     lead = [1] * len(axes)
     if one.name in axes:

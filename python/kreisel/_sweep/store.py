@@ -5,9 +5,9 @@ always complete. An existing part is valid if it belongs to the plan, was writte
 version of kreisel, and has a correct checksum.
 
 The names of part files are reserved; do not use them for other files in the folder. Invalid files
-with the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
-a different plan are ever replaced, because they may be the results of long computations. All other
-files in the folder are left unchanged.
+that have the name of a part are replaced, and a warning is issued. Neither folders nor complete
+parts of a different plan are ever replaced, because they may be the results of long computations.
+All other files in the folder are left unchanged.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ FOREIGN = "foreign"
 
 
 class SweepStore:
-    """The files of a sweep in a folder. Raises ImportError if pyarrow is not installed."""
+    """The folder in which the files of a sweep are stored.
+
+    Raises ImportError if pyarrow is not installed.
+    """
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet

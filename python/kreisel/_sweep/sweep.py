@@ -76,9 +76,9 @@ def sweep(
     means that the computation for the top failed.
 
     Existing parts are verified by their checksums, and damaged parts are computed again. The names
-    of part files are reserved; do not use them for other files in the folder. Invalid files with
-    the name of a part are replaced, and a warning is issued. Neither folders nor complete parts of
-    a different plan are ever replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
+    of part files are reserved; do not use them for other files in the folder. Invalid files that
+    have the name of a part are replaced, and a warning is issued. Neither folders nor complete
+    parts of a different plan are ever replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one

@@ -35,8 +35,7 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 class SweepPlan:
     """The plan of a sweep: a source of tops, a task, and the number of tops per part.
 
-    `sample` contains the indices of the tops on which the plan was validated, and the ensemble of
-    these tops.
+    `sample` contains the indices and the ensemble of the tops on which the plan was validated.
     """
 
     source: Source
@@ -62,7 +61,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`."""
+        """Return the total number of tops in the given parts."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
@@ -169,7 +168,7 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 def _list_varied(source: Source) -> list[str | list[Any]]:
     """Return the names of the varying parameters as JSON data.
 
-    Values that the plan already contains are omitted.
+    A name is accompanied by its values unless the plan already contains them.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]

@@ -34,8 +34,9 @@ _STATUS = "status", "reached"
 class SweepResult:
     """The results of a sweep, read from its folder.
 
-    `result[name]` is the column `name` as a NumPy array of shape `shape`, or of shape (*shape, k)
-    if it has values at k times. Only the requested columns are read from the files.
+    `result[name]` is the column with this name, as a NumPy array with the shape of the sweep. If
+    the column has values at k times, the array has an additional last dimension of length k. Only
+    the requested columns are read from the files.
 
     shape, axes, size  as in the source
     parts    the number of parts
@@ -139,7 +140,7 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the existing parts, or over only their columns in `names`.
+        """Return an iterator over the existing parts, optionally with only the columns in `names`.
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
@@ -211,10 +212,10 @@ class SweepResult:
     def events(self) -> EnsembleEvents | None:
         """The events of all tops, or None if no events were requested.
 
-        Tops in missing parts have no events. If the task is "section", the value is None, because
-        the states are stored in columns. The column result["events"] contains the number of states
-        of each top. The columns result["event_t"], result["event_q_w"] and so on contain the states
-        of all tops.
+        The events of tops in missing parts are omitted. If the task is "section", this attribute is
+        None, because the states are stored in columns. The column result["events"] contains the
+        number of states of each top. The columns result["event_t"], result["event_q_w"] and so on
+        contain the states of all tops.
         """
         if "event_which" not in self._schema.ragged:
             return None
@@ -260,10 +261,11 @@ class SweepResult:
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with one variable per column, including its units.
 
-        The dimensions are those of the sweep, and `time` if states are stored. The varying
-        parameters, `status` and `reached` are stored as coordinates. For tops in missing parts, the
-        values are NaN, or -1 for integers. The Dataset contains the number of events of each top,
-        but not the events. Raises ImportError if xarray is not installed.
+        The dimensions are those of the sweep; if states are stored, there is an additional
+        dimension `time`. The varying parameters, `status` and `reached` are stored as coordinates.
+        For tops in missing parts, the values are NaN, or -1 for integers. The Dataset contains the
+        number of events of each top, but not the events. Raises ImportError if xarray is not
+        installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr

@@ -50,7 +50,7 @@ class SweepTask(Protocol):
     def parse_options_and_times(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the validated options and the times of the task for an ensemble.
 
-        For a section, the times are the maximum waiting times until the next event. Raises
+        For a section, the times are the longest allowed waiting times for the next event. Raises
         TypeError or ValueError for an invalid argument.
         """
 
@@ -69,7 +69,7 @@ class SweepTask(Protocol):
 
 
 class SolveTask(NamedTuple):
-    """A call to kreisel.solve or, with reductions, to kreisel.reduce."""
+    """A call to kreisel.solve, or to kreisel.reduce if statistics are requested."""
 
     t: Numbers
     method: str
@@ -217,7 +217,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return a task, given its name and its arguments.
 
     Raises TypeError or ValueError for an unknown task, and for an argument that the task does not
-    accept. Arguments with different values for different tops are also rejected.
+    accept. An argument cannot have different values for different tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
