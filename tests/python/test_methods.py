@@ -14,7 +14,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return all pairs of a method with the given properties and a body that it applies to."""
+    """Return all pairs of a body and a method that applies to it and has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -25,7 +25,7 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def has_visible_leading_error(name, body):
-    """Return True unless rounding errors may hide the leading error term."""
+    """Return True unless rounding errors may hide the leading term of the truncation error."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 

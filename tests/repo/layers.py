@@ -96,7 +96,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """Return the file of a module as a list, which is empty for external modules."""
+    """Return a list with the file of a module, or an empty list for an external module."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):

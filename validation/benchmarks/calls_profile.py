@@ -83,7 +83,7 @@ def record_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Count function calls, distinct source files, and returns to a file visited earlier."""
+    """Count the function calls, the source files involved, and the returns to earlier files."""
     for _ in range(WARM_RUNS):
         run()
     with record_calls() as files:

@@ -32,7 +32,7 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return the number of floating-point operations for all Taylor-series products along a path.
+    """Return how many floating-point operations the Taylor-series products of a run take.
 
     Each fused multiply-add counts as two operations.
     """

@@ -65,7 +65,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """An integration by heyoka with equations that contain the constants of the body."""
+    """An integration by heyoka, with the parameters of the body compiled as constants."""
 
     evaluations = None
 
@@ -209,7 +209,7 @@ def control_of(method):
 
 
 def choose_setting(method, step, tol):
-    """Return a setting that contains either `step` or `tol`, as the method requires."""
+    """Return the setting that a method uses: a step size, a tolerance, or neither."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

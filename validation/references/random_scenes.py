@@ -24,8 +24,8 @@ def random_body(rng, kind):
 def any_body(rng):
     """Draw a random top of any kind.
 
-    One top in five starts close to the upright or hanging position. One top in ten is ten times
-    faster, and one in ten is a hundred times slower.
+    One top in five starts close to the upright or hanging position. One top in ten rotates ten
+    times faster than usual, and one in ten a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)

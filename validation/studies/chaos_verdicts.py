@@ -25,7 +25,7 @@ BOX = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 
 
 def draw_families() -> Iterator[kr.Ensemble]:
-    """Yield ensembles of tops that share a body; there are 1600 tops in total."""
+    """Yield ensembles of tops with the same body, 1600 tops in total."""
     for gravity in (1.0, 2.0, 3.0, 4.0):
         yield kr.starts(BOX, energy=2.0, vertical=1.0, n=200, seed=SEEDS[0], gravity=gravity)
     rng = np.random.default_rng(SEEDS[1])

@@ -6,13 +6,13 @@ Each top has a body of a random kind, described in rotated or permuted axes. A r
 turning, shaking and friction each occur with probability 1/2. If a top is damped, the damping is
 strong with probability 1/4. Times may be negative, unless the damping is strong. The reference is
 computed by heyoka in 128-bit arithmetic (validation/references/support_equations.py). The reference
-shares no code with kreisel; it uses only the attributes of the scene. Every top is solved with 16,
-20 and 30 digits, as a member of an ensemble, and by a run that is saved and resumed. The closed
-form is also tested if there is one.
+shares no code with kreisel; it uses only the attributes of the scene. The motion of every top is
+computed with 16, 20 and 30 digits, in an ensemble, and by a run that is saved and resumed. The
+closed form is also tested if there is one.
 
-The conditioning of a state is its largest first-order change if each number of the scene is rounded
-once. The value used is the larger of two sums over the tangents: `path.conditioning`, and the same
-sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
+The conditioning of a state is the largest change, to first order, that rounding each number of the
+scene once can cause. The conditioning is the larger of `path.conditioning` and the corresponding
+value for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
 2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
 the conditioning.
 
@@ -164,7 +164,7 @@ def bound_conditioning(scene, t, scale):
 
 
 def measure_change(truth, scene, t, end, scale, rng):
-    """Return the largest change of the reference if all numbers change by a relative 2^-53."""
+    """Return the largest change of the reference state for relative input changes of 2^-53."""
     most = max(differ(truth(Nudged(scene, rng), t), end, scale) for _ in range(NUDGES))
     return most / NUDGE * 2.0**-53
 
@@ -191,7 +191,7 @@ class Top:
 
 @dataclass
 class Tally:
-    """The number of tops of each kind, and the largest errors in units of the conditioning."""
+    """Numbers of results, and the largest errors in units of the conditioning."""
 
     counts: Counter = field(default_factory=Counter)
     worst: dict = field(default_factory=dict)
@@ -217,7 +217,7 @@ def resume_midway(scene, t):
 
 
 def check_top(top, tally):
-    """Compare the states of one top, computed in several ways, with the reference."""
+    """Compute a state of one top in several ways, and compare all results with the reference."""
     scene, t = top.scene, top.t
     ways = {"16 digits": lambda: kr.solve(scene, [t], "taylor")}
     ways["resumed"] = lambda: resume_midway(scene, t)

@@ -103,7 +103,7 @@ def drift_of_integrals(top, tau, rng, scale):
 
 
 def compare_restarted(scene, top, tau, rng, scale):
-    """Return the difference between closed forms that are computed from two states of a motion.
+    """Return the difference between closed-form solutions computed from two states of a motion.
 
     The difference is divided by the conditioning. Returns None if the closed form is rejected for
     the second state.

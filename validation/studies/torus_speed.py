@@ -1,4 +1,4 @@
-"""The speed of the closed forms of Kowalewski and Goryachev-Chaplygin tops.
+"""The speed of closed-form solutions for Kowalewski and Goryachev-Chaplygin tops.
 
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
@@ -80,7 +80,7 @@ class TorusBench:
 def measure_tops(
     bench: TorusBench, kind: str, tops: int, longest: float, seed: int
 ) -> Iterator[Row]:
-    """Yield the run times of all tops that have a closed form."""
+    """Yield the run times for all tops whose motion has a closed form."""
     rng = np.random.default_rng(seed)
     for _ in range(tops):
         scene, tau = draw_top(rng, RATIOS[kind])

@@ -159,7 +159,7 @@ class EqualTime(Comparison):
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Integrate the motion of experiment 6.2 with theorem 4.2 or with a method of kreisel."""
+    """Integrate experiment 6.2 by a method of kreisel, or by theorem 4.2 if `method` is None."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)

@@ -1,4 +1,4 @@
-"""The Lie algebra su(2) and the group SU(2) as in the thesis, and theorem 4.2 with its errata."""
+"""The Lie algebra su(2), the group SU(2), and theorem 4.2 in the notation of the thesis."""
 
 import numpy as np
 

@@ -80,8 +80,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Integrate with extrap, and restart after each interval as the program of the thesis does.
 
     An interval is the time between two pictures in the program of the thesis. After each restart,
-    the initial step size is used again. The state is recorded once per `every`
-    intervals.
+    the initial step size is used again. The state is recorded once per `every` intervals.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
