@@ -1,4 +1,4 @@
-"""Scenes with moving supports and friction, and their motion computed by SciPy.
+"""Problems with moving supports and friction, and SciPy solutions for comparison.
 
 The equations of docs/theory/supports.md are integrated in the space frame. The integration uses
 only the numerical attributes of scenes.

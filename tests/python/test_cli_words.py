@@ -1,4 +1,4 @@
-"""Tests of the options and usage errors of the command line."""
+"""Tests of command-line options and usage errors."""
 
 import csv
 import json

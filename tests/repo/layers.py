@@ -16,7 +16,7 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 @cache
 def layers():
-    """Return the layers of each tree, from lowest to highest."""
+    """Return the layers of each source tree, beginning with the lowest."""
     found = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]

@@ -48,7 +48,7 @@ TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
 
 
 def diff_trees(one, other):
-    """Return the names of the files that differ between two trees."""
+    """Return the names of the files that differ between two source trees."""
     names = {
         file.relative_to(tree)
         for tree in (one, other)

@@ -3,8 +3,8 @@
     python -m validation.benchmarks.calls_profile [CASE ...]
 
 The program also counts the source files in which these functions are defined. Each public function
-is called a few times as a warm-up. Calls into NumPy, the standard library and the core are not
-counted, nor are calls on other threads.
+is called a few times as a warm-up. Calls of functions in NumPy, the standard library and the core
+are not counted. Calls on other threads are not counted either.
 """
 
 import argparse

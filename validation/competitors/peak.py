@@ -32,7 +32,7 @@ def measure_peak():
 
 
 def count_operations(path):
-    """Return how many floating-point operations the Taylor-series products of a run take.
+    """Return the number of floating-point operations in a run's products of Taylor series.
 
     Each fused multiply-add counts as two operations.
     """

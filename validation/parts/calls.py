@@ -212,7 +212,7 @@ def count_operations(run):
 
 
 def compare(band, name):
-    """Return the median ratio of heyoka's run time to kreisel's, and that of the shortest times."""
+    """Return heyoka's run time relative to kreisel's: the median ratio and the ratio of minima."""
     own, peer = band["seconds"][name], band["seconds"][HEYOKA]
     return median(b / a for a, b in zip(own, peer, strict=True)), min(peer) / min(own)
 

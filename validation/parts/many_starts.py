@@ -201,7 +201,7 @@ def draw_groups(found):
 
 
 def summarize_programs(found):
-    """Yield a row of the table for each error, with the median run times of all programs."""
+    """Yield a table row with the median run times of all programs for each target error."""
     for target in SHOWN:
         times = {name: times_to_error(found, name, target) for name in list_programs()}
         yield {

@@ -1,4 +1,4 @@
-"""Lagrange tops and free bodies in degenerate motions, for tests of closed-form solutions."""
+"""Degenerate motions of Lagrange tops and free bodies, for tests of closed-form solutions."""
 
 import math
 

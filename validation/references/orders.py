@@ -14,7 +14,7 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
-    """Return a scene with a top that is not upright.
+    """Return a scene in which the top is not upright.
 
     An upright top would hide first-order errors, because no torque acts on it.
     """

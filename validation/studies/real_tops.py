@@ -11,8 +11,8 @@ computed with 16, 20 and 30 digits, in an ensemble, and by a run that is saved a
 closed form is also tested if there is one.
 
 The conditioning of a state is the largest change, to first order, that rounding each number of the
-scene once can cause. The conditioning is the larger of `path.conditioning` and the corresponding
-value for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
+scene once can cause. The conditioning is computed as the larger of `path.conditioning` and the same
+sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
 2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
 the conditioning.
 

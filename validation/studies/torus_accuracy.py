@@ -218,7 +218,7 @@ def plan_tops(kind, chosen):
 
 
 def measure(kind, chosen):
-    """Compute and print errors for random tops of one kind."""
+    """Run the study for random tops of one kind, and print the errors."""
     ratio, limit = KINDS[kind]
     rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
     for number in range(chosen.tops):

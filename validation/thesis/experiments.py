@@ -60,7 +60,7 @@ class FourTops(Comparison):
 
     @cached_property
     def L(self):
-        """The frame errors of all trajectories, relative to the reference and to each other."""
+        """The frame errors of all trajectories, relative to the reference and to one another."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -70,7 +70,7 @@ class FourTops(Comparison):
 
     @cached_property
     def term(self):
-        """The energy error of the Bobenko-Suris method, by the formula of section 6.1.4.
+        """The energy error of the Bobenko-Suris method, computed as in section 6.1.4.
 
         In scaled units, the energy error is the change of -I1 eps2/2 <a x m, p> since the initial
         time.

@@ -73,7 +73,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draw figure 6.5, a sphere with the shorter geodesic between two points."""
+    """Draw figure 6.5, which shows a sphere and the shorter geodesic between two points."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)

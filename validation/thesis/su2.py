@@ -65,10 +65,10 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the final attitude computed with theorem 4.2.
 
-    The argument `c_of` selects the vector in the formula for c: 'a', or 'p' as in the printed
-    thesis. The argument `side` is the side on which the quaternion is multiplied by w_k. If `side`
-    is 'inverse', the quaternion g rotates from the inertial frame to the body frame. If `text` is
-    True, the factor 2/c is used in the second form, as printed in the thesis.
+    The argument `c_of` names the vector in the formula for c, which is 'p' in the printed thesis
+    and 'a' in the correction. The argument `side` is the side on which the quaternion is multiplied
+    by w_k. If `side` is 'inverse', the quaternion g rotates from the inertial frame to the body
+    frame. If `text` is True, the factor 2/c is used in the second form, as printed in the thesis.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
