@@ -51,7 +51,7 @@ def test_the_binding_includes_only_the_public_header():
 
 
 def symbols(library, *options):
-    """Return the name, type and section of each symbol of a library, as listed by nm."""
+    """Return the name, type and section that nm prints for each symbol of a library."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()

@@ -213,8 +213,8 @@ class Lagrange:
 class Euler:
     """The motion of a free asymmetric body as a function of time.
 
-    A permanent rotation is not allowed. More digits are needed if the rotation is nearly about the
-    middle principal axis.
+    The motion must not be a permanent rotation. More digits are needed if the rotation is nearly
+    about the middle principal axis.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):

@@ -107,7 +107,7 @@ class SupportIntegrator:
         return float(spin), float(needed)
 
     def __call__(self, scene, t):
-        """Return the attitude (principal axes to space) and the momentum in the space frame at `t`.
+        """Return the attitude of the principal axes, and the momentum in the space frame, at `t`.
 
         Returns None if the motion backward in time is not unique, because friction holds the spin
         at zero.

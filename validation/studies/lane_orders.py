@@ -5,8 +5,8 @@ Conclusion: csrc/ensemble/lane_scheduler.c uses the fastest order that does not 
     python -m validation.studies.lane_orders [orders isas limits]
 
 For each tolerance, all orders are timed, and their errors are compared with the errors for single
-tops. The reference solutions are computed in 20-digit arithmetic. All integrations are timed in C,
-alternately in one process and on one thread.
+tops. The reference solutions are computed in 20-digit arithmetic. All integrations are called from
+C and timed alternately on one thread of one process.
 """
 
 import argparse

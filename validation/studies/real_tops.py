@@ -3,12 +3,12 @@
     python -m validation.studies.real_tops [--tops 2000] [--seed 1]
 
 Each top has a body of a random kind, described in rotated or permuted axes. A rotor, damping,
-turning, shaking and friction each occur with probability 1/2. If a top is damped, the damping is
-strong with probability 1/4. Times may be negative, unless the damping is strong. The reference is
-computed by heyoka in 128-bit arithmetic (validation/references/support_equations.py). The reference
-shares no code with kreisel; it uses only the attributes of the scene. The motion of every top is
-computed with 16, 20 and 30 digits, in an ensemble, and by a run that is saved and resumed. The
-closed form is also tested if there is one.
+friction, a turning support and a shaken support each occur with probability 1/2. If a top is
+damped, the damping is strong with probability 1/4. Times may be negative, unless the damping is
+strong. The reference is computed by heyoka in 128-bit arithmetic
+(validation/references/support_equations.py). The reference shares no code with kreisel; it uses
+only the attributes of the scene. The motion of every top is computed with 16, 20 and 30 digits, in
+an ensemble, and by a run that is saved and resumed. The closed form is also tested if there is one.
 
 The conditioning of a state is the largest change, to first order, that rounding each number of the
 scene once can cause. The conditioning is computed as the larger of `path.conditioning` and the same
@@ -75,9 +75,9 @@ def draw_body(rng, kind, has_rotor):
 
 
 def draw_damping(rng):
-    """Draw the damping about each axis.
+    """Return random damping coefficients for the three axes.
 
-    In one of four draws, the damping is strong about some axes.
+    With probability 1/4, the damping is strong about some of the axes.
     """
     if rng.random() < 0.25:
         strong = 10.0 ** rng.uniform(1.0, 4.0, 3) * (rng.random(3) < 0.8)
@@ -86,7 +86,7 @@ def draw_damping(rng):
 
 
 def draw_top(rng):
-    """Draw a scene, the names of its nonzero parameters, and a time."""
+    """Return a random scene, the names of its nonzero parameters, and a random time."""
     has = {word: rng.random() < 0.5 for word in WORDS}
     kind = KINDS[rng.integers(len(KINDS))]
     body = draw_body(rng, kind, has["rotor"])

@@ -2,11 +2,11 @@
 
     python -m validation.studies.torus_speed [kowalewski|goryachev_chaplygin] [--tops 400]
 
-The tops are drawn as in validation/benchmarks/kowalewski_speed.py. All functions are timed in C:
-the preparation of closed forms, their evaluation, and the Taylor method. Closed forms are evaluated
-at random times from 0 to 1000 units, one by one and in batches. The Taylor method is timed up to
-`--longest` units of time. The run time of the Taylor method is extrapolated linearly to 1e6 units
-of time.
+Random tops are generated as in validation/benchmarks/kowalewski_speed.py. All functions are timed
+in C: the preparation of closed forms, their evaluation, and the Taylor method. Closed forms are
+evaluated at random times from 0 to 1000 units, one by one and in batches. The Taylor method is
+timed up to `--longest` units of time. The run time of the Taylor method is extrapolated linearly to
+1e6 units of time.
 
 For some tops, kreisel.solve with the method 'auto' is also timed against heyoka. The errors of
 heyoka and of the closed form are measured after 1e4 units of time. The run time of heyoka is also

@@ -46,7 +46,7 @@ def from_quaternion(q):
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
     """Return xi_k of theorem 4.2 from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    The thesis prints 2/c instead of 2/eps in the second form.
+    The thesis gives two forms of xi_k, and prints 2/c instead of 2/eps in the second.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)

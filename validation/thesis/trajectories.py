@@ -49,7 +49,7 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Compute a trajectory by a closed form if one exists, or else with the tolerance 1e-13."""
+    """Compute a trajectory from a closed form if one exists, or else with the tolerance 1e-13."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
