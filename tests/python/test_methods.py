@@ -1,6 +1,7 @@
 """Tests that every method has the properties stated in the table of methods.
 
-All starts are tilted. An upright top experiences no torque, which would hide first-order errors.
+All starts are tilted. First-order errors would be hidden for an upright top, because no torque acts
+on it.
 """
 
 from itertools import pairwise
@@ -14,7 +15,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return all pairs of a body and a method that applies to it and has the given properties."""
+    """Return all pairs (method, body) in which the method has the given properties."""
     return [
         (name, body)
         for name, method in kr.methods.items()

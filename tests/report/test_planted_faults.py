@@ -42,7 +42,7 @@ LATE = Case(
 
 
 def offset(angle):
-    """Return a fault that rotates all states but the first about e3."""
+    """Return a function that rotates all states but the first about e3."""
     turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
 
     def plant(q, true):

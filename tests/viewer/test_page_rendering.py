@@ -21,7 +21,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def read_camera(page):
-    """Return the camera position relative to its target, the target, and the zoom factor."""
+    """Return the camera position relative to the target, the target position, and the zoom."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
     ])(kreisel.view)""")

@@ -1,6 +1,6 @@
 """Test cases of the stability atlas: stiff tops, extreme parameters, and very large or small steps.
 
-The duration of an integration is given in turns of the top. One turn takes 2 pi divided by the
+The length of an integration is measured in turns of the top. One turn takes 2 pi divided by the
 larger of the initial angular velocity and the pendulum frequency.
 """
 

@@ -135,7 +135,8 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return functions of the state that are periodic in time.
 
-        For a symmetric body, these functions are invariant under rotations about the symmetry axis.
+        For a symmetric body, the periodic functions are invariant under rotations about the
+        symmetry axis.
         """
         if axis is None:
             return self.momentum

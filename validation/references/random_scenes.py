@@ -92,7 +92,7 @@ def near_a_rod(rng):
 
 
 def nearly_flipping(rng):
-    """Draw an asymmetric top whose motion is chaotic, with almost enough energy to flip over."""
+    """Draw an asymmetric top with chaotic motion and almost enough energy to flip over."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))

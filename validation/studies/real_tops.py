@@ -2,19 +2,19 @@
 
     python -m validation.studies.real_tops [--tops 2000] [--seed 1]
 
-Each top has a body of a random kind, described in rotated or permuted axes. A rotor, damping,
-friction, a turning support and a shaken support each occur with probability 1/2. If a top is
-damped, the damping is strong with probability 1/4. Times may be negative, unless the damping is
+Each top has a random type of body, which is described in rotated or permuted axes. A rotor,
+damping, friction, a turning support and a shaken support each occur with probability 1/2. If a top
+is damped, the damping is strong with probability 1/4. Times may be negative, unless the damping is
 strong. The reference is computed by heyoka in 128-bit arithmetic
 (validation/references/support_equations.py). The reference shares no code with kreisel; it uses
 only the attributes of the scene. The motion of every top is computed with 16, 20 and 30 digits, in
 an ensemble, and by a run that is saved and resumed. The closed form is also tested if there is one.
 
-The conditioning of a state is the largest change, to first order, that rounding each number of the
-scene once can cause. The conditioning is computed as the larger of `path.conditioning` and the same
-sum for the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +-
-2^-30 with random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed
-the conditioning.
+The conditioning of a state is its largest first-order change when all numbers of the scene are
+rounded once. The conditioning is computed as the larger of `path.conditioning` and the same sum for
+the momentum. As a check, the reference is recomputed with all numbers multiplied by 1 +- 2^-30 with
+random signs. The resulting change, scaled to a perturbation of 2^-53, must not exceed the
+conditioning.
 
 Errors of the attitude are angles [rad]. Errors of the momentum are divided by the largest moment
 times the rate of the top. All errors should be at most 10 times the conditioning. For solutions

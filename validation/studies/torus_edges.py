@@ -6,7 +6,7 @@ Each family of motions depends on a parameter eps, and the motion for eps = 0 is
 each eps, the largest error at five times up to 1000 / max(1, rate) is printed. The reference
 solutions are computed by the Taylor method in 30-digit arithmetic. The letter c precedes the error
 estimate of the closed form (its certificate). If the error exceeds 3e-14, the conditioning is also
-printed. An exclamation mark precedes the conditioning if it is less than a tenth of the error. The
+printed. A conditioning less than a tenth of the error is marked by an exclamation mark. The
 conditioning is the change of a state caused by one rounding error in the initial state. If the
 closed form is rejected, the reason is printed.
 """

@@ -95,7 +95,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return half the angle [rad] between the attitudes, which the thesis calls L.
+    """Return half the angle [rad] between two attitudes, which the thesis denotes by L.
 
     Raises ValueError if the times differ.
     """
